@@ -23,13 +23,12 @@ namespace keys {
       cable_class, pin_class, body, collision, joint, limits, soft, spring, friction, motor, dof, \
       gear, belt, belt_pulley, surface_joint, surface_side, joint_drive, pose_key, cable_guide,   \
       cable, pin, keyframe, prefab, instance, generators, lamina, finger, chain, grid, stairs,    \
-      mirror, camera, light, ground, output, push_event, impulse_event, wind_event, pull_event,   \
-      cut_event, motor_event, drive_event, winch_event, gravity_event, solver_event, surface,     \
-      nurbs_face, plane_face, cylinder_face, cone_face, sphere_face, ellipsoid_face, torus_face,  \
-      revolution_face, extrusion_face, sweep_face, interpolation_face, nurbs_curve, line_curve,   \
-      arc_curve, circle_curve, ellipse_curve, interpolation_curve, outline_curve, joined_curve
+      mirror, camera, light, ground, output, surface, nurbs_face, plane_face, cylinder_face,      \
+      cone_face, sphere_face, ellipsoid_face, torus_face, revolution_face, extrusion_face,        \
+      sweep_face, interpolation_face, nurbs_curve, line_curve, arc_curve, circle_curve,           \
+      ellipse_curve, interpolation_curve, outline_curve, joined_curve
 
-/// All kinds of objects but shapes and paths.
+/// All kinds of objects but shapes, paths and events.
 extern const KeySet PANTIN_OBJECTS;
 inline constexpr auto kAll = [](const auto&... sets) {
   return std::array{&sets...};
@@ -101,6 +100,9 @@ const KeySet& keys_of(ShapeKind kind);
 const SizeKey* length_of(const ShapeTraits& kind);
 /// Those of "path", then of the kinds of paths that are objects, from the list of the kinds.
 std::span<const KeySet> path_key_sets();
+
+/// Those of events, from the list of their kinds.
+std::span<const KeySet> event_key_sets();
 
 /// All kinds of objects.
 std::vector<const KeySet*> all_key_sets();

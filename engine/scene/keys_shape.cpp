@@ -331,12 +331,19 @@ const KeySet& keys_of(std::string_view what) {
     if (set->what == what) return *set;
   for (const KeySet& set : path_key_sets())
     if (set.what == what) return set;
+  for (const KeySet& set : event_key_sets())
+    if (set.what == what) return set;
   PANTIN_ASSERT(false);
   return keys::scene;
 }
 
 std::vector<const KeySet*> all_key_sets() {
-  std::vector<const KeySet*> all(keys::kAll.begin(), keys::kAll.end());
+  std::vector<const KeySet*> all;
+  for (const KeySet* set : keys::kAll) {
+    all.push_back(set);
+    if (set != &keys::output) continue;
+    for (const KeySet& event : event_key_sets()) all.push_back(&event);
+  }
   for (const KeySet& set : path_key_sets()) all.push_back(&set);
   for (std::size_t i = 0; i < std::size(kShapeNames); ++i)
     all.push_back(&keys_of(static_cast<ShapeKind>(i)));

@@ -90,24 +90,33 @@ void check_names(const OpenGroup& open) {
   see(group.pins, ElementKind::pin, own);
 }
 
+/// The kinds that act on something in particular: "push, impulse ... or winch".
+std::string own_events() {
+  std::vector<std::string_view> names;
+  const auto add = [&]<class... Kinds>(const std::variant<Kinds...>*) {
+    ((kHasTarget<Kinds> ? names.push_back(Kinds::name) : void()), ...);
+  };
+  add(static_cast<const EventKinds*>(nullptr));
+  std::string all(names.front());
+  for (std::size_t i = 1; i < names.size(); ++i)
+    all += (i + 1 < names.size() ? ", " : " or ") + std::string(names[i]);
+  return all;
+}
+
 /// An event of a prefab's own things. Of a file that is a scene too, the others are left out.
 std::optional<EventRecipe> read_event_of_prefab(const Reading& reading, NodeId node) {
   std::optional<EventRecipe> event = read_event(reading, node);
   if (!event) return std::nullopt;
-  const TimedEventKind kind = event->event.kind;
-  if (kind != TimedEventKind::wind && kind != TimedEventKind::gravity &&
-      kind != TimedEventKind::solver)
-    return event;
-  const std::string name(kTimedEventNames[static_cast<std::size_t>(kind)]);
+  if (!event->member.empty()) return event;
+  const std::string name(name_of(event->event));
   const bool is_of_file = reading.json[reading.json[node].parent].parent == 0;
   if (is_of_file)
     reading.diagnostics.warn(
         node, "event of a scene",
         "the event \"" + name + "\" is of the whole scene; in a prefab it is left out");
   else
-    reading.diagnostics.error_value(
-        reading.json.member(node, "type"),
-        "an event of the prefab's own things: push, impulse, pull, cut, motor, drive or winch");
+    reading.diagnostics.error_value(reading.json.member(node, "type"),
+                                    "an event of the prefab's own things: " + own_events());
   return std::nullopt;
 }
 

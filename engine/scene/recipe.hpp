@@ -3,6 +3,7 @@
 /// yet looked up. It knows no format and no file; errors of building are reported by element
 /// (build_messages.hpp), and the reader knows where in its file each of them stands.
 #include <array>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -197,14 +198,15 @@ struct ChainRecipe {
 };
 
 struct EventRecipe {
-  TimedEvent event;    // without what it happens to
+  TimedEvent event{};  // without what it happens to
   std::string on;      // name of that; empty: of all
   std::string member;  // the key of that name: "body", "joint", "cable", "pin" or "gear"
   std::vector<std::string> bodies;
   PointRecipe point;
-  bool in_degrees = false;                  // the target of a motor
-  std::optional<Real> gain, damping, most;  // of a motor, a drive; absent: as before
+  bool in_degrees = false;  // the target of a motor
 };
+/// Of the numbers of a motor or drive that an event leaves as they are.
+inline constexpr Real kAsBefore = std::numeric_limits<Real>::quiet_NaN();
 
 /// Content of a prefab or of the scene itself. Names are unique in it.
 struct Group {
