@@ -12,13 +12,11 @@ int main() {
   const Entity rope = must(
       world.add(CableJoint{.a = beam, .b = crate, .anchor_a = {0, 5, 0}, .anchor_b = {0, 1, 0}}));
 
-  using Kind = TimedEventKind;
   // From 0.5 s on, in 2 s, from 4 m to 2 m.
-  must(world.add(TimedEvent{.kind = Kind::winch, .on = rope, .from = 0.5, .over = 2, .length = 2}));
+  must(world.add(WinchEvent{.cable = rope, .length = 2, .at = 0.5, .over = 2}));
   // 2000 N for 0.1 s: the same impulse at any step.
-  must(world.add(
-      TimedEvent{.kind = Kind::push, .on = crate, .from = 3, .to = 3.1, .force = {2e3, 0, 0}}));
-  must(world.add(TimedEvent{.kind = Kind::cut, .on = rope, .from = 3.5}));
+  must(world.add(PushEvent{.body = crate, .force = {2e3, 0, 0}, .from = 3, .to = 3.1}));
+  must(world.add(CutEvent{.tie = rope, .at = 3.5}));
 
   Simulation simulation(std::move(world));
   const auto height_at = [&](Real time) {

@@ -14,70 +14,70 @@ std::string called(const World& world, Entity e) {
   return e ? "'" + world.name_of(e) + "'" : "no entity";
 }
 
-void check_body(Findings& findings, const char* member, Entity e) {
-  findings.body(member, e);
+void check_body(Findings& findings, Entity e) {
+  findings.body("body", e);
   if (findings.ok() && findings.world().bodies[e].motion != Motion::dynamic)
-    findings.add(member, "a body that is fixed or kinematic", "a dynamic one");
+    findings.add("body", "a body that is fixed or kinematic", "a dynamic one");
 }
 
-void check_motor(Findings& findings, const TimedEvent& event) {
+void check_tie(Findings& findings, Entity e) {
   const World& world = findings.world();
-  const Link* link = world.links.find(event.on);
-  if (!link) return findings.add("on", called(world, event.on), "a joint");
-  const JointKindInfo& kind = info_of(link->joint.kind);
+  if (!world.links.find(e) && !world.cables.find(e) && !world.pins.find(e) && !world.gears.find(e))
+    findings.add("tie", called(world, e), "a joint, a cable, a pin or a gear");
+}
+
+/// What an event acts on is what its member is called.
+template <class E>
+void check_target(Findings& findings, const E& event) {
+  const World& world = findings.world();
+  if constexpr (requires { event.body; }) check_body(findings, event.body);
+  if constexpr (requires { event.bodies; })
+    for (const Entity e : event.bodies) findings.body("bodies", e);
+  if constexpr (requires { event.joint; })
+    if (!world.links.find(event.joint))
+      findings.add("joint", called(world, event.joint), "a joint");
+  if constexpr (requires { event.cable; })
+    if (!world.cables.find(event.cable))
+      findings.add("cable", called(world, event.cable), "a cable");
+  if constexpr (requires { event.tie; }) check_tie(findings, event.tie);
+}
+
+/// What more a kind asks of it.
+void check_more(Findings&, const auto&) {}
+
+void check_more(Findings& findings, const PullEvent& event) {
+  if (event.stiffness > 0) findings.known({{Feature::spring_pin}}, {event.body});
+}
+
+void check_more(Findings& findings, const MotorEvent& event) {
+  const Link& link = findings.world().links[event.joint];
+  const JointKindInfo& kind = info_of(link.joint.kind);
   if (!kind.is_used(Coordinate::angle, kActuated) && !kind.is_used(Coordinate::travel, kActuated))
-    return findings.add("on", std::string("a joint of kind ") + kind.name.data(),
+    return findings.add("joint", std::string("a joint of kind ") + kind.name.data(),
                         "one that turns or slides along one coordinate");
-  if (event.motor.kind != MotorKind::none) findings.known({{Feature::motor}}, {link->a, link->b});
+  if (event.motor.kind != MotorKind::none) findings.known({{Feature::motor}}, {link.a, link.b});
 }
 
-void check_what(Findings& findings, const TimedEvent& event) {
-  using enum TimedEventKind;
+void check_more(Findings& findings, const DriveEvent& event) {
   const World& world = findings.world();
-  const Entity on = event.on;
-  switch (event.kind) {
-    case push:
-    case impulse:
-      return check_body(findings, "on", on);
-    case pull:
-      check_body(findings, "on", on);
-      if (findings.ok() && event.stiffness > 0) findings.known({{Feature::spring_pin}}, {on});
-      return;
-    case wind:
-      for (const Entity e : event.bodies) findings.body("bodies", e);
-      return;
-    case cut:
-      if (!world.links.find(on) && !world.cables.find(on) && !world.pins.find(on) &&
-          !world.gears.find(on))
-        findings.add("on", called(world, on), "a joint, a cable, a pin or a gear");
-      return;
-    case motor:
-      return check_motor(findings, event);
-    case drive:
-      if (!world.joint_drives.find(on))
-        findings.add("on", called(world, on), "a joint with a drive");
-      return;
-    case winch:
-      if (!world.cables.find(on)) findings.add("on", called(world, on), "a cable");
-      return;
-    case gravity:
-    case solver:
-      return;
-  }
+  if (!world.joint_drives.find(event.joint))
+    findings.add("joint", called(world, event.joint), "a joint with a drive");
 }
 
 }  // namespace
 
 Result<Entity> add_to(World& world, const TimedEvent& event) {
-  Findings findings(world, "TimedEvent",
-                    std::string(kTimedEventNames[static_cast<std::size_t>(event.kind)]));
-  if (const TimedEventFault* fault = fault_of(event))
+  Findings findings(world, "TimedEvent", std::string(name_of(event)));
+  if (const auto fault = fault_of(event))
     findings.add(fault->member, fault->found, fault->expected);
-  check_what(findings, event);
+  std::visit(
+      [&](const auto& kind) {
+        check_target(findings, kind);
+        if (findings.ok()) check_more(findings, kind);
+      },
+      event.kind);
   if (!findings.ok()) return findings.take();
-  TimedEvent fresh = event;
-  fresh.progress = {};
-  return add_event(world, fresh);
+  return add_event(world, {event.kind});
 }
 
 }  // namespace pantin

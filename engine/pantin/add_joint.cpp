@@ -1,69 +1,13 @@
 #include <pantin/joints.hpp>
 
 #include "engine/joints/kinds.hpp"
-#include "engine/pantin/detail/checks.hpp"
+#include "engine/pantin/detail/joint_frames.hpp"
 
 namespace pantin {
 
 using namespace detail;
 
 namespace {
-
-/// A joint's frame in the world, as either body carries it.
-struct WorldFrames {
-  Pose a, b;
-};
-
-/// Some direction square to a unit vector; the same for the same vector.
-Vec3 any_across(Vec3 x) {
-  const Vec3 size = glm::abs(x);
-  const Vec3 least = size.x <= size.y && size.x <= size.z ? Vec3(1, 0, 0)
-                     : size.y <= size.z                   ? Vec3(0, 1, 0)
-                                                          : Vec3(0, 0, 1);
-  return glm::normalize(glm::cross(x, least));
-}
-
-Quat axes_of(Vec3 x, Vec3 y) {
-  return glm::normalize(glm::quat_cast(Mat3(x, y, glm::cross(x, y))));
-}
-
-/// Joint axes with x along `axis` and y as near to `across` as that allows.
-Quat axes_along(Findings& findings, const char* member, Vec3 axis, Vec3 across) {
-  const Vec3 x = findings.direction(member, axis);
-  if (across == Vec3(0)) return axes_of(x, any_across(x));
-  const Vec3 wish = findings.direction("across", across);
-  const Vec3 y = wish - glm::dot(wish, x) * x;
-  if (glm::length(y) > 1e-6) return axes_of(x, glm::normalize(y));
-  findings.add("across", shown(across), std::string("a direction that is not that of ") + member);
-  return kIdentity;
-}
-
-WorldFrames at_place(Findings& findings, Vec3 anchor, Quat axes) {
-  findings.finite("anchor", anchor);
-  return {{anchor, axes}, {anchor, axes}};
-}
-
-/// Both sides as the bodies see them, in the world.
-WorldFrames from_local(Findings& findings, Entity a, Entity b, const LocalFrames& local) {
-  const auto side = [&](Entity body, const char* member, Pose frame) {
-    findings.finite(member, frame.position);
-    frame.rotation = findings.rotation(member, frame.rotation);
-    return findings.ok() ? compose(findings.world().origin_pose(body), frame) : frame;
-  };
-  return {side(a, "frames.in_a", local.in_a), side(b, "frames.in_b", local.in_b)};
-}
-
-template <class T>
-Joint make_joint(const World& world, JointKind kind, const T& described, const WorldFrames& at) {
-  const Pose &on_a = world.bodies[described.a].pose, &on_b = world.bodies[described.b].pose;
-  Joint joint;
-  joint.kind = kind;
-  joint.anchor_a = to_local(on_a, at.a.position), joint.anchor_b = to_local(on_b, at.b.position);
-  const Quat frame_a = glm::normalize(glm::conjugate(on_a.rotation) * at.a.rotation),
-             frame_b = glm::normalize(glm::conjugate(on_b.rotation) * at.b.rotation);
-  if (frame_a != kIdentity || frame_b != kIdentity) joint.frames.set(frame_a, frame_b);
-  return joint;
-}
 
 Dof freedom_of(Findings& findings, const JointMotor& motor, const SpringDamper& spring,
                const JointFriction& friction) {
@@ -90,22 +34,8 @@ void equip(Joint& joint, const Extras& extras) {
 template <class T>
 WorldFrames frames_of(Findings& findings, const T& joint, const char* member, Vec3 axis) {
   findings.bodies(joint.a, joint.b);
-  if (joint.frames) return from_local(findings, joint.a, joint.b, *joint.frames);
+  if (joint.frames) return from_local(findings, {joint.a, joint.b}, *joint.frames);
   return at_place(findings, joint.anchor, axes_along(findings, member, axis, Vec3(0)));
-}
-
-/// The last step, once nothing is wrong with the description: whether the solver knows it all.
-template <class T>
-Result<Entity> link(World& world, Findings& findings, const T& described, const Joint& joint) {
-  std::vector<Feature> features = features_of(joint);
-  if constexpr (requires { described.drive; })
-    if (described.drive) features.push_back(Feature::pose_drive);
-  findings.known(features, {described.a, described.b});
-  if (!findings.ok()) return findings.take();
-  const Entity e = world.add_link(described.a, described.b, joint, described.name);
-  if constexpr (requires { described.drive; })
-    if (described.drive) world.joint_drives.add(e, *described.drive);
-  return e;
 }
 
 }  // namespace
@@ -115,7 +45,7 @@ Result<Entity> add_to(World& world, const BallJoint& described) {
   findings.bodies(described.a, described.b);
   WorldFrames at;
   if (described.frames) {
-    at = from_local(findings, described.a, described.b, *described.frames);
+    at = from_local(findings, {described.a, described.b}, *described.frames);
   } else {
     const Quat axes = axes_along(findings, "axis", described.axis, described.across);
     at = at_place(findings, described.anchor, axes);
@@ -128,7 +58,7 @@ Result<Entity> add_to(World& world, const BallJoint& described) {
   soften(findings, described.soft_stop, limits);
   check(findings, described.drive);
   if (!findings.ok()) return findings.take();
-  Joint joint = make_joint(world, JointKind::ball, described, at);
+  Joint joint = make_joint(world, JointKind::ball, {described.a, described.b}, at);
   joint.limits = limits;
   return link(world, findings, described, joint);
 }
@@ -143,7 +73,7 @@ Result<Entity> add_to(World& world, const HingeJoint& described) {
   findings.within("restitution", described.restitution, 0, 1);
   check(findings, described.drive);
   if (!findings.ok()) return findings.take();
-  Joint joint = make_joint(world, JointKind::hinge, described, at);
+  Joint joint = make_joint(world, JointKind::hinge, {described.a, described.b}, at);
   joint.limits = limits;
   equip(joint, {.rotation = rotation, .restitution = described.restitution});
   return link(world, findings, described, joint);
@@ -153,10 +83,11 @@ Result<Entity> add_to(World& world, const FixedJoint& described) {
   Findings findings(world, "FixedJoint", described.name);
   findings.bodies(described.a, described.b);
   const WorldFrames at = described.frames
-                             ? from_local(findings, described.a, described.b, *described.frames)
+                             ? from_local(findings, {described.a, described.b}, *described.frames)
                              : at_place(findings, described.anchor, kIdentity);
   if (!findings.ok()) return findings.take();
-  return link(world, findings, described, make_joint(world, JointKind::fixed, described, at));
+  return link(world, findings, described,
+              make_joint(world, JointKind::fixed, {described.a, described.b}, at));
 }
 
 Result<Entity> add_to(World& world, const UniversalJoint& described) {
@@ -164,7 +95,7 @@ Result<Entity> add_to(World& world, const UniversalJoint& described) {
   findings.bodies(described.a, described.b);
   WorldFrames at;
   if (described.frames) {
-    at = from_local(findings, described.a, described.b, *described.frames);
+    at = from_local(findings, {described.a, described.b}, *described.frames);
   } else {
     const Vec3 y = findings.direction("axis_a", described.axis_a);
     const Vec3 z = findings.direction("axis_b", described.axis_b);
@@ -179,7 +110,7 @@ Result<Entity> add_to(World& world, const UniversalJoint& described) {
   soften(findings, described.soft_stop, limits);
   check(findings, described.drive);
   if (!findings.ok()) return findings.take();
-  Joint joint = make_joint(world, JointKind::universal, described, at);
+  Joint joint = make_joint(world, JointKind::universal, {described.a, described.b}, at);
   joint.limits = limits;
   return link(world, findings, described, joint);
 }
@@ -192,7 +123,7 @@ Result<Entity> add_to(World& world, const PrismaticJoint& described) {
       freedom_of(findings, described.motor, described.spring, described.friction);
   findings.within("restitution", described.restitution, 0, 1);
   if (!findings.ok()) return findings.take();
-  Joint joint = make_joint(world, JointKind::prismatic, described, at);
+  Joint joint = make_joint(world, JointKind::prismatic, {described.a, described.b}, at);
   equip(joint,
         {.translation = translation, .travel = travel, .restitution = described.restitution});
   return link(world, findings, described, joint);
@@ -209,7 +140,7 @@ Result<Entity> add_to(World& world, const CylindricalJoint& described) {
                                      described.travel_friction);
   findings.within("restitution", described.restitution, 0, 1);
   if (!findings.ok()) return findings.take();
-  Joint joint = make_joint(world, JointKind::cylindrical, described, at);
+  Joint joint = make_joint(world, JointKind::cylindrical, {described.a, described.b}, at);
   joint.limits = limits;
   equip(joint, {rotation, translation, travel, described.restitution});
   return link(world, findings, described, joint);
@@ -226,7 +157,7 @@ Result<Entity> add_to(World& world, const ScrewJoint& described) {
   const Dof rotation = freedom_of(findings, described.motor, described.spring, described.friction);
   findings.within("restitution", described.restitution, 0, 1);
   if (!findings.ok()) return findings.take();
-  Joint joint = make_joint(world, JointKind::screw, described, at);
+  Joint joint = make_joint(world, JointKind::screw, {described.a, described.b}, at);
   joint.limits = limits;
   equip(joint, {.rotation = rotation, .travel = travel, .restitution = described.restitution});
   joint.parameters.edit().pitch = described.pitch;
@@ -237,7 +168,8 @@ Result<Entity> add_to(World& world, const PlanarJoint& described) {
   Findings findings(world, "PlanarJoint", described.name);
   const WorldFrames at = frames_of(findings, described, "normal", described.normal);
   if (!findings.ok()) return findings.take();
-  return link(world, findings, described, make_joint(world, JointKind::planar, described, at));
+  return link(world, findings, described,
+              make_joint(world, JointKind::planar, {described.a, described.b}, at));
 }
 
 }  // namespace pantin

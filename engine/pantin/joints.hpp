@@ -194,6 +194,50 @@ struct CustomConstraint {
   std::string name = {};
 };
 
+/// What acts along a coordinate that a joint leaves free.
+struct JointAction {
+  JointMotor motor = {};
+  SpringDamper spring = {};
+  JointFriction friction = {};
+};
+
+/// A number that joints of some kind have, as scene files call it.
+struct JointParameter {
+  std::string key = {};
+  Real value = 0;
+};
+
+/// A joint of any kind by the kind's name, also of one that was added to the engine as its
+/// CONTRIBUTING page shows:
+///
+///   world.add(AnyJoint{.kind = "screw", .a = nut, .b = bolt, .axis = {0, 1, 0},
+///                      .parameters = {{"pitch", 0.002}}});
+///
+/// What the kind does not have is refused with the kinds that do.
+struct AnyJoint {
+  std::string kind = {};  // one of joint_kinds(), or another name that scene files know it by
+  Entity a = {}, b = {};
+  Vec3 anchor{0};
+  std::optional<Vec3> anchor_b = {};            // in b, of kinds that hold no point; none: `anchor`
+  Vec3 axis{1, 0, 0};                           // x of the joint's axes
+  Vec3 across{0};                               // y, as nearly as `axis` allows; zero: any
+  std::optional<LocalFrames> frames = {};       // instead of anchors and axes
+  std::vector<JointParameter> parameters = {};  // those of the kind: parameters_of_kind()
+  std::optional<Interval> limits = {};          // rad, of the angle about x, of a twist
+  std::optional<Interval> second_limits = {};   // rad, of a second angle
+  std::optional<Interval> travel_limits = {};   // m, along x
+  std::optional<ConeLimit> cone = {};           // of swings of x
+  std::optional<SoftStop> soft_stop = {};
+  Real restitution = 0;                 // of the stops, 0 to 1
+  JointAction angle = {}, travel = {};  // along the angle, along the travel
+  std::optional<JointDrive> drive = {};
+  std::string name = {};
+};
+/// Names of the kinds that AnyJoint makes.
+std::vector<std::string> joint_kinds();
+/// Keys of the parameters of a kind; none of a name that is none.
+std::vector<std::string> parameters_of_kind(const std::string& kind);
+
 /// A point of a body that is held at a point of the world or of another body.
 struct PinConstraint {
   Entity body = {};
@@ -330,6 +374,7 @@ Result<Entity> add_to(World& world, const PlanarJoint& joint);
 Result<Entity> add_to(World& world, const DistanceJoint& joint);
 Result<Entity> add_to(World& world, const SpringJoint& joint);
 Result<Entity> add_to(World& world, const CableJoint& joint);
+Result<Entity> add_to(World& world, const AnyJoint& joint);
 Result<Entity> add_to(World& world, const CustomConstraint& joint);
 Result<Entity> add_to(World& world, const PinConstraint& pin);
 Result<Entity> add_to(World& world, const GearJoint& gear);

@@ -15,12 +15,10 @@ BuiltBody laid_out(const BodyRecipe& recipe, const ElementId& id, const Pose& ow
   BuiltBody p;
   p.name = recipe.name, p.at = id, p.mass_properties = of_recipe(recipe.mass_properties);
   p.solver = recipe.solver ? &*recipe.solver : nullptr;
+  p.body = recipe.body;
   p.body.pose = recipe.mass_properties.is_moved ? compose(own, recipe.mass_properties.centre) : own;
-  p.body.velocity = recipe.velocity, p.body.angular_velocity = recipe.angular_velocity;
   p.body.mass = recipe.mass_properties.mass, p.body.inertia = recipe.mass_properties.inertia;
-  p.body.drag = recipe.drag, p.body.gravity_scale = recipe.gravity_scale;
-  p.body.motion = recipe.motion, p.is_lamina = recipe.is_lamina;
-  p.is_finger = recipe.is_finger;
+  p.is_lamina = recipe.is_lamina, p.is_finger = recipe.is_finger;
   if (recipe.collision) p.collision = of_recipe(*recipe.collision);
   return p;
 }

@@ -131,8 +131,9 @@ class GroupBuilder {
   const std::vector<std::uint32_t>* look_up_all(EventObject object, const std::string& name,
                                                 const Wanted& wanted);
   bool can_be_pushed(Element<EventRecipe> e, std::uint32_t body);
-  bool set_motor(Element<EventRecipe> e, std::uint32_t joint, TimedEvent& event);
-  bool set_drive(Element<EventRecipe> e, std::uint32_t joint, TimedEvent& event);
+  bool place_event(Element<EventRecipe> e, std::uint32_t body, TimedEvent& event);
+  bool set_motor(Element<EventRecipe> e, std::uint32_t joint, JointMotor& motor);
+  bool set_drive(Element<EventRecipe> e, std::uint32_t joint, DriveEvent& event);
   bool count_targets(const ElementId& at, std::size_t more);
   void add_event_on(Element<EventRecipe> e, EventObject object, std::uint32_t which);
   void add_event(Element<EventRecipe> e);

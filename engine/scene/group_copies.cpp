@@ -193,9 +193,13 @@ void GroupBuilder::copy_events(const Copy& how, const FirstPlaces& first) {
   for (const BuiltEvent& e : how.part.events) {
     BuiltEvent& placed = made_.events.emplace_back(e);
     placed.on += static_cast<std::uint32_t>(first_of(e.object));
-    TimedEvent& t = placed.event;
-    for (Vec3* v : {&t.force, &t.torque, &t.impulse, &t.angular_impulse}) *v = how.at.rotation * *v;
-    t.target = to_world(how.at, t.target);
+    each_event_key(placed.event, [&]<class T>(const EventKey& key, T& member) {
+      if constexpr (std::is_same_v<T, Vec3>) {
+        if (key.form == EventForm::direction || key.form == EventForm::axial)
+          member = how.at.rotation * member;
+        if (key.form == EventForm::point) member = to_world(how.at, member);
+      }
+    });
   }
 }
 

@@ -1,5 +1,6 @@
 // Timed events: what they happen to, looked up by name.
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "engine/joints/kinds.hpp"
@@ -8,8 +9,6 @@
 
 namespace pantin::detail {
 namespace {
-
-using enum TimedEventKind;
 
 EventObject object_of(std::string_view member) {
   if (member == "body" || member == "bodies") return EventObject::body;
@@ -45,9 +44,17 @@ std::vector<std::string_view> names_of(const BuiltScene& built, EventObject obje
   return {};
 }
 
-bool acts_on_all(EventObject object, const TimedEvent& e) {
-  return object == EventObject::none || e.kind == wind;
+/// Whether a joint has no motor or no drive that the event could change.
+bool lacks(const BuiltJoint& j, const TimedEvent& event) {
+  if (std::holds_alternative<DriveEvent>(event.kind)) return !j.drive;
+  if (!std::holds_alternative<MotorEvent>(event.kind)) return false;
+  const JointParameters& own = *j.joint.parameters;
+  return own.rotation.motor.kind == MotorKind::none &&
+         own.translation.motor.kind == MotorKind::none;
 }
+
+/// What is said, or else what was there before.
+Real or_before(Real said, Real before) { return std::isnan(said) ? before : said; }
 
 }  // namespace
 
@@ -90,8 +97,7 @@ bool GroupBuilder::can_be_pushed(Element<EventRecipe> e, std::uint32_t body) {
 }
 
 /// Fills in what a motor keeps; false after an error.
-bool GroupBuilder::set_motor(Element<EventRecipe> e, std::uint32_t joint, TimedEvent& event) {
-  const EventRecipe& r = e.recipe;
+bool GroupBuilder::set_motor(Element<EventRecipe> e, std::uint32_t joint, JointMotor& m) {
   const BuiltJoint& j = made_.joints[joint];
   const JointKindInfo& kind = info_of(j.joint.kind);
   const bool turns = kind.is_used(Coordinate::angle, kActuated),
@@ -102,24 +108,23 @@ bool GroupBuilder::set_motor(Element<EventRecipe> e, std::uint32_t joint, TimedE
     return false;
   };
   if (!turns && !slides) return error(", expected one that turns or slides along one coordinate");
-  if (!turns && r.in_degrees) return error(" with an angle in degrees, expected a travel in m");
+  if (!turns && e.recipe.in_degrees)
+    return error(" with an angle in degrees, expected a travel in m");
   const JointParameters& own = *j.joint.parameters;
   const JointMotor& before = turns ? own.rotation.motor : own.translation.motor;
-  if (before.kind == MotorKind::none && !r.gain)
+  if (before.kind == MotorKind::none && std::isnan(m.gain))
     return error(" without a motor, expected one with a motor, or a \"gain\" for a new one");
-  JointMotor& m = event.motor;
   if (m.kind == MotorKind::none) m.kind = before.kind, m.target = before.target;
   if (m.kind == MotorKind::none)
     return error(" without a motor, expected the \"velocity\" or \"position\" of a new one");
   const bool same = m.kind == before.kind;
-  m.gain = r.gain.value_or(before.gain), m.cap = r.most.value_or(before.cap);
-  m.damping = r.damping.value_or(same ? before.damping : 0);
+  m.gain = or_before(m.gain, before.gain), m.cap = or_before(m.cap, before.cap);
+  m.damping = or_before(m.damping, same ? before.damping : 0);
   return true;
 }
 
 /// The same of a joint drive.
-bool GroupBuilder::set_drive(Element<EventRecipe> e, std::uint32_t joint, TimedEvent& event) {
-  const EventRecipe& r = e.recipe;
+bool GroupBuilder::set_drive(Element<EventRecipe> e, std::uint32_t joint, DriveEvent& event) {
   const BuiltJoint& j = made_.joints[joint];
   if (!j.drive) {
     messages_.error(
@@ -127,9 +132,35 @@ bool GroupBuilder::set_drive(Element<EventRecipe> e, std::uint32_t joint, TimedE
         "found joint " + quoted_name(j.name) + " without a drive, expected one with a \"drive\"");
     return false;
   }
-  event.stiffness = r.gain.value_or(j.drive->stiffness);
-  event.damping = r.damping.value_or(j.drive->damping);
-  event.max_torque = r.most.value_or(j.drive->max_torque);
+  event.stiffness = or_before(event.stiffness, j.drive->stiffness);
+  event.damping = or_before(event.damping, j.drive->damping);
+  event.max_torque = or_before(event.max_torque, j.drive->max_torque);
+  return true;
+}
+
+/// Fills in where it acts on a body; false after an error.
+bool GroupBuilder::place_event(Element<EventRecipe> e, std::uint32_t body, TimedEvent& event) {
+  if (!can_be_pushed(e, body)) return false;
+  bool good = true;
+  std::visit(
+      [&]<class Event>(Event& kind) {
+        if constexpr (requires { kind.anchor; }) {
+          constexpr bool at_origin = requires { Event::anchors_at_origin; };
+          const PointRecipe& point = e.recipe.point;
+          if (at_origin || point.in_body || point.in_scene)
+            kind.anchor = anchor_of(made_, body, point);
+          good = can_hold(e.id, "anchor", body, kind.anchor);
+        }
+      },
+      event.kind);
+  if (!good || !made_.bodies[body].mass_properties->is_point) return good;
+  each_event_key(event, [&]<class T>(const EventKey& key, const T& member) {
+    if constexpr (std::is_same_v<T, Vec3>)
+      if (key.form == EventForm::axial && member != Vec3(0))
+        messages_.error(e.id, key.key,
+                        "found what turns the point mass " + quoted_name(made_.bodies[body].name) +
+                            ", expected a body with a \"shape\" or an \"inertia\"");
+  });
   return true;
 }
 
@@ -137,26 +168,18 @@ bool GroupBuilder::set_drive(Element<EventRecipe> e, std::uint32_t joint, TimedE
 void GroupBuilder::add_event_on(Element<EventRecipe> e, EventObject object, std::uint32_t which) {
   BuiltEvent built{e.id, e.recipe.event, object, which, {}};
   TimedEvent& event = built.event;
-  if (object == EventObject::body) {
-    if (!can_be_pushed(e, which)) return;
-    const bool is_given = e.recipe.point.in_body || e.recipe.point.in_scene;
-    if (is_given || event.kind == pull) event.anchor = anchor_of(made_, which, e.recipe.point);
-    if (!can_hold(e.id, "anchor", which, event.anchor)) return;
-    const bool turns = event.torque != Vec3(0) || event.angular_impulse != Vec3(0);
-    if (turns && made_.bodies[which].mass_properties->is_point)
-      messages_.error(e.id, event.kind == push ? "torque" : "angular_impulse",
-                      "found what turns the point mass " + quoted_name(made_.bodies[which].name) +
-                          ", expected a body with a \"shape\" or an \"inertia\"");
-  }
-  if (event.kind == motor && !set_motor(e, which, event)) return;
-  if (event.kind == drive && !set_drive(e, which, event)) return;
+  if (object == EventObject::body && !place_event(e, which, event)) return;
+  if (auto* motor = std::get_if<MotorEvent>(&event.kind))
+    if (!set_motor(e, which, motor->motor)) return;
+  if (auto* drive = std::get_if<DriveEvent>(&event.kind))
+    if (!set_drive(e, which, *drive)) return;
   made_.events.push_back(std::move(built));
 }
 
 void GroupBuilder::add_event(Element<EventRecipe> e) {
   const EventRecipe& r = e.recipe;
   const EventObject object = object_of(r.member);
-  if (acts_on_all(object, r.event)) {
+  if (object == EventObject::none) {
     BuiltEvent built{e.id, r.event, object, 0, {}};
     bool good = true;
     for (const std::string& name : r.bodies) {
@@ -178,17 +201,12 @@ void GroupBuilder::add_event(Element<EventRecipe> e) {
   const auto* all = look_up_all(object, r.on, {e.id, r.member, what});
   if (!all || !count_targets(e.id, all->size())) return;
   // Of a group only those that have a motor or a drive.
-  const auto lacks = [&](std::uint32_t which) {
-    if (r.event.kind == drive) return !made_.joints[which].drive;
-    if (r.event.kind != motor || !made_.joints[which].joint.parameters.any())
-      return r.event.kind == motor;
-    const JointParameters& own = *made_.joints[which].joint.parameters;
-    return own.rotation.motor.kind == MotorKind::none &&
-           own.translation.motor.kind == MotorKind::none;
+  const auto is_left_out = [&](std::uint32_t which) {
+    return object == EventObject::joint && lacks(made_.joints[which], r.event);
   };
-  const bool some = all->size() > 1 && !std::all_of(all->begin(), all->end(), lacks);
+  const bool some = all->size() > 1 && !std::all_of(all->begin(), all->end(), is_left_out);
   for (const std::uint32_t which : *all)
-    if (!some || !lacks(which)) add_event_on(e, object, which);
+    if (!some || !is_left_out(which)) add_event_on(e, object, which);
 }
 
 /// Tells of more targets of events than there may be joints: a few lines can ask for millions.

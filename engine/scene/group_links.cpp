@@ -120,7 +120,7 @@ void GroupBuilder::add_gear(Element<GearRecipe> e) {
   r.first_travels = slides(recipe.first_travels, *first, at_first);
   r.second_travels = slides(recipe.second_travels, *second, at_second);
   r.ratio = recipe.ratio, r.has_offset = recipe.offset.has_value();
-  r.offset = recipe.offset.value_or(0) * (recipe.in_degrees ? kPi / 180 : 1);
+  r.offset = recipe.offset.value_or(0);
   if (recipe.in_degrees && r.second_travels)
     messages_.error(e.id, "", "found \"offset_deg\" of a slide, expected \"offset\" in m");
   made_.gears.push_back(std::move(placed));

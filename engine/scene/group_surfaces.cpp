@@ -58,7 +58,7 @@ void GroupBuilder::add_surface_joint(Element<SurfaceJointRecipe> e) {
             ", expected a \"surface\", a \"curve\", or a sphere, an ellipsoid, a cylinder, "
             "a plane or a NURBS shape");
   }
-  c.spots = recipe.contacts.value_or(usual_spots(c));
+  c.spots = static_cast<std::uint8_t>(recipe.contacts.value_or(usual_spots(c)));
   if (const std::string why = place_surfaces(c, {made_.pose_of(*a), made_.pose_of(*b)});
       !why.empty())
     return messages_.error(e.id, "", why);

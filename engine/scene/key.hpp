@@ -1,11 +1,14 @@
 #pragma once
 /// A key of an object in a file: what a value under it must be and what it means. The reader takes
-/// bounds, words and defaults from these rows, and the JSON Schema is printed from them.
+/// bounds, words and defaults from these rows, and the JSON Schema is printed from them. A row may
+/// be bound to a member, which it is read into: see bind.hpp.
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
+#include <type_traits>
 
 #include "engine/base/math.hpp"
 
@@ -65,6 +68,50 @@ enum class ValueType : std::uint8_t {
 };
 
 struct JointKindInfo;
+struct RowValue;
+
+/// Its address stands for a type.
+template <class T>
+inline constexpr char kTypeTag = 0;
+
+/// Where the value of a row goes: to a member of an object of some type.
+struct Binding {
+  const void* owner;                             // the tag of that type
+  bool (*put)(const RowValue& row, void* into);  // false: what is needed could not be read
+  std::optional<Vec3> (*initial)();  // what the member is at first; a single number thrice
+};
+
+template <class T, class Member>
+std::type_identity<T> owner_of(Member T::*);
+template <class T>
+std::type_identity<T> owner_of(bool (*)(const RowValue&, T&));
+
+template <class T>
+std::optional<Vec3> initial_of(const T& x) {
+  constexpr bool kIsIndex = std::is_same_v<T, std::uint32_t>;  // or bits
+  if constexpr (std::is_enum_v<T> || (std::is_arithmetic_v<T> && !kIsIndex))
+    return Vec3(static_cast<Real>(x));
+  if constexpr (std::is_same_v<T, Vec3>) return x;
+  return std::nullopt;
+}
+
+/// By a function bool (const RowValue&, Owner&), or through pointers to members, from that of the
+/// owner on.
+template <auto first, auto... others>
+inline constexpr Binding kBinding = [] {
+  using Owner = typename decltype(owner_of(first))::type;
+  constexpr const void* kOwner = &kTypeTag<Owner>;
+  if constexpr (std::is_function_v<std::remove_pointer_t<decltype(first)>>)
+    return Binding{kOwner,
+                   [](const RowValue& row, void* o) { return first(row, *static_cast<Owner*>(o)); },
+                   [] { return std::optional<Vec3>(); }};
+  else
+    return Binding{kOwner,
+                   [](const RowValue& row, void* o) {
+                     return read_value(row, ((static_cast<Owner*>(o)->*first).*....*others));
+                   },
+                   [] { return initial_of(((Owner{}.*first).*....*others)); }};
+}();
 
 /// A row of a table of keys. `unit` and `about` are for people; `about` is a sentence or more.
 struct Key {
@@ -84,8 +131,22 @@ struct Key {
   std::string_view old = {};         // its name in earlier versions, read with a warning
   bool (*fits)(const JointKindInfo&) = nullptr;  // kinds of joints that may have it; null: all
   bool has_default = false;
-  Real defaults[3] = {};  // of a number, a vector; 1 or 0 of a flag; the place of a word
+  Real defaults[3] = {};             // of a number, a vector; 1 or 0 of a flag; the place of a word
+  const Binding* binding = nullptr;  // null: read by code
+  bool is_default_told = false;      // in words; what the member is at first is not shown
 
+  /// Bound to a member, or to a function: see kBinding. What the member is at first is the default.
+  template <auto... path>
+  constexpr Key to() const {
+    Key key = *this;
+    if constexpr (sizeof...(path) > 0) key.binding = &kBinding<path...>;
+    return key;
+  }
+  constexpr Key without_default() const {
+    Key key = *this;
+    key.is_default_told = true;
+    return key;
+  }
   constexpr Key within(const Range& allowed) const {
     Key key = *this;
     key.range = allowed;
@@ -136,6 +197,10 @@ struct Key {
   }
 };
 
+/// What an absent value becomes, where the table tells: a single number thrice, 1 or 0 of a flag,
+/// the place of a word.
+std::optional<Vec3> default_of(const Key& key);
+
 /// Of two keys that must not stand side by side: `one`, and any of `others`, words between spaces.
 struct Exclusive {
   std::string_view one, others;
@@ -150,6 +215,9 @@ struct AnyOf {
 struct Beside {
   std::string_view key, with, complaint;
 };
+
+inline constexpr std::span<const Exclusive> kNoPairs;
+inline constexpr std::span<const AnyOf> kNoNeeds;
 
 /// All keys of one kind of object. A key and the same key in _deg exclude each other everywhere.
 struct KeySet {
@@ -196,57 +264,91 @@ constexpr auto shared_keys(std::string_view own) {
   return shared;
 }
 
-/// Rows of tables.
+/// Rows of tables, bound to a member where one is named: see Key::to.
 namespace rows {
 
 using Text = std::string_view;
 using Words = std::span<const std::string_view>;
 
+template <auto... path>
 constexpr Key row(Text name, ValueType type, Text unit, Text about) {
-  return {.name = name, .type = type, .unit = unit, .about = about};
+  return Key{.name = name, .type = type, .unit = unit, .about = about}.to<path...>();
 }
+template <auto... path>
 constexpr Key number(Text name, Text unit, const Range& range, Text about) {
-  return row(name, ValueType::number, unit, about).within(range);
+  return row<path...>(name, ValueType::number, unit, about).within(range);
 }
-constexpr Key angle(Text name, Text about) { return number(name, "rad", kRadians, about); }
-constexpr Key angle_deg(Text name, Text about) { return number(name, "degrees", kDegrees, about); }
+template <auto... path>
+constexpr Key angle(Text name, Text about) {
+  return number<path...>(name, "rad", kRadians, about);
+}
+template <auto... path>
+constexpr Key angle_deg(Text name, Text about) {
+  return number<path...>(name, "degrees", kDegrees, about);
+}
+template <auto... path>
 constexpr Key whole(Text name, int least, int most, Text about) {
-  return row(name, ValueType::whole, "", about).within({Real(least), Real(most), ""});
+  return row<path...>(name, ValueType::whole, "", about).within({Real(least), Real(most), ""});
 }
-constexpr Key flag(Text name, Text about) { return row(name, ValueType::flag, "", about); }
-constexpr Key text(Text name, Text about) { return row(name, ValueType::text, "", about); }
-constexpr Key own_name(Text about) { return row("name", ValueType::name, "", about); }
-constexpr Key needed_name() { return own_name("What others call it.").needed("a name"); }
+template <auto... path>
+constexpr Key flag(Text name, Text about) {
+  return row<path...>(name, ValueType::flag, "", about);
+}
+template <auto... path>
+constexpr Key text(Text name, Text about) {
+  return row<path...>(name, ValueType::text, "", about);
+}
+template <auto... path>
+constexpr Key own_name(Text about) {
+  return row<path...>("name", ValueType::name, "", about);
+}
+template <auto... path>
+constexpr Key needed_name() {
+  return own_name<path...>("What others call it.").needed("a name");
+}
+template <auto... path>
 constexpr Key reference(Text name, Text expected, Text about) {
-  return row(name, ValueType::reference, "", about).expecting(expected);
+  return row<path...>(name, ValueType::reference, "", about).expecting(expected);
 }
+template <auto... path>
+constexpr Key needed_reference(Text name, Text expected, Text about) {
+  return reference<path...>(name, expected, about).needed(expected);
+}
+template <auto... path>
 constexpr Key word(Text name, Words words, Text about) {
-  Key key = row(name, ValueType::word, "", about);
+  Key key = row<path...>(name, ValueType::word, "", about);
   key.words = words;
   return key;
 }
+template <auto... path>
 constexpr Key vector(Text name, Text unit, Text about) {
-  return row(name, ValueType::vector, unit, about);
+  return row<path...>(name, ValueType::vector, unit, about);
 }
+template <auto... path>
 constexpr Key direction(Text name, Text about) {
-  return row(name, ValueType::direction, "", about);
+  return row<path...>(name, ValueType::direction, "", about);
 }
+template <auto... path>
 constexpr Key angles(Text name, Text about) {
-  return row(name, ValueType::numbers, "rad", about).holding(2).within(kRadians);
+  return row<path...>(name, ValueType::numbers, "rad", about).holding(2).within(kRadians);
 }
+template <auto... path>
 constexpr Key angles_deg(Text name, Text about) {
-  return row(name, ValueType::numbers, "degrees", about).holding(2).within(kDegrees);
+  return row<path...>(name, ValueType::numbers, "degrees", about).holding(2).within(kDegrees);
 }
+template <auto... path>
 constexpr Key of_object(Text name, ValueType type, Text object, Text about) {
-  Key key = row(name, type, "", about);
+  Key key = row<path...>(name, type, "", about);
   key.object = object;
   return key;
 }
+template <auto... path>
 constexpr Key object(Text name, Text kind, Text about) {
-  return of_object(name, ValueType::object, kind, about);
+  return of_object<path...>(name, ValueType::object, kind, about);
 }
+template <auto... path>
 constexpr Key objects(Text name, Text kind, Text about) {
-  return of_object(name, ValueType::objects, kind, about);
+  return of_object<path...>(name, ValueType::objects, kind, about);
 }
 
 inline constexpr Key kPosition = vector("position", "m", "Where the frame's origin is.").or_else(0);

@@ -18,84 +18,21 @@ struct SizeKey;
 
 namespace keys {
 
-#define PANTIN_OBJECTS(OBJECT) \
-  OBJECT(scene)                \
-  OBJECT(solver)               \
-  OBJECT(material)             \
-  OBJECT(material_pair)        \
-  OBJECT(defaults)             \
-  OBJECT(object_class)         \
-  OBJECT(body_class)           \
-  OBJECT(joint_class)          \
-  OBJECT(cable_class)          \
-  OBJECT(pin_class)            \
-  OBJECT(body)                 \
-  OBJECT(collision)            \
-  OBJECT(joint)                \
-  OBJECT(limits)               \
-  OBJECT(soft)                 \
-  OBJECT(spring)               \
-  OBJECT(friction)             \
-  OBJECT(motor)                \
-  OBJECT(dof)                  \
-  OBJECT(gear)                 \
-  OBJECT(belt)                 \
-  OBJECT(belt_pulley)          \
-  OBJECT(surface_joint)        \
-  OBJECT(surface_side)         \
-  OBJECT(joint_drive)          \
-  OBJECT(pose_key)             \
-  OBJECT(cable_guide)          \
-  OBJECT(cable)                \
-  OBJECT(pin)                  \
-  OBJECT(keyframe)             \
-  OBJECT(prefab)               \
-  OBJECT(instance)             \
-  OBJECT(generators)           \
-  OBJECT(lamina)               \
-  OBJECT(finger)               \
-  OBJECT(chain)                \
-  OBJECT(grid)                 \
-  OBJECT(stairs)               \
-  OBJECT(mirror)               \
-  OBJECT(camera)               \
-  OBJECT(light)                \
-  OBJECT(ground)               \
-  OBJECT(output)               \
-  OBJECT(push_event)           \
-  OBJECT(impulse_event)        \
-  OBJECT(wind_event)           \
-  OBJECT(pull_event)           \
-  OBJECT(cut_event)            \
-  OBJECT(motor_event)          \
-  OBJECT(drive_event)          \
-  OBJECT(winch_event)          \
-  OBJECT(gravity_event)        \
-  OBJECT(solver_event)         \
-  OBJECT(surface)              \
-  OBJECT(nurbs_face)           \
-  OBJECT(plane_face)           \
-  OBJECT(cylinder_face)        \
-  OBJECT(cone_face)            \
-  OBJECT(sphere_face)          \
-  OBJECT(ellipsoid_face)       \
-  OBJECT(torus_face)           \
-  OBJECT(revolution_face)      \
-  OBJECT(extrusion_face)       \
-  OBJECT(sweep_face)           \
-  OBJECT(interpolation_face)   \
-  OBJECT(nurbs_curve)          \
-  OBJECT(line_curve)           \
-  OBJECT(arc_curve)            \
-  OBJECT(circle_curve)         \
-  OBJECT(ellipse_curve)        \
-  OBJECT(interpolation_curve)  \
-  OBJECT(outline_curve)        \
-  OBJECT(joined_curve)
+#define PANTIN_OBJECTS                                                                            \
+  scene, solver, material, material_pair, defaults, object_class, body_class, joint_class,        \
+      cable_class, pin_class, body, collision, joint, limits, soft, spring, friction, motor, dof, \
+      gear, belt, belt_pulley, surface_joint, surface_side, joint_drive, pose_key, cable_guide,   \
+      cable, pin, keyframe, prefab, instance, generators, lamina, finger, chain, grid, stairs,    \
+      mirror, camera, light, ground, output, surface, nurbs_face, plane_face, cylinder_face,      \
+      cone_face, sphere_face, ellipsoid_face, torus_face, revolution_face, extrusion_face,        \
+      sweep_face, interpolation_face, nurbs_curve, line_curve, arc_curve, circle_curve,           \
+      ellipse_curve, interpolation_curve, outline_curve, joined_curve
 
-#define PANTIN_DECLARE(word) extern const KeySet word;
-PANTIN_OBJECTS(PANTIN_DECLARE)
-#undef PANTIN_DECLARE
+/// All kinds of objects but shapes, paths and events.
+extern const KeySet PANTIN_OBJECTS;
+inline constexpr auto kAll = [](const auto&... sets) {
+  return std::array{&sets...};
+}(PANTIN_OBJECTS);
 
 /// Kinds of joints that a key is for.
 constexpr bool is_line(const JointKindInfo& kind) { return kind.is_line; }
@@ -155,11 +92,6 @@ constexpr const Parameter* parameter_of(const JointKindInfo& kind, std::string_v
 
 }  // namespace keys
 
-/// All kinds of objects but shapes and paths.
-#define PANTIN_ROW(word) &keys::word,
-inline constexpr const KeySet* kKeySets[] = {PANTIN_OBJECTS(PANTIN_ROW)};
-#undef PANTIN_ROW
-
 /// The keys of one kind of object; the kind must be in the list.
 const KeySet& keys_of(std::string_view what);
 /// Those of a kind of shape, from the table of the kinds.
@@ -168,6 +100,9 @@ const KeySet& keys_of(ShapeKind kind);
 const SizeKey* length_of(const ShapeTraits& kind);
 /// Those of "path", then of the kinds of paths that are objects, from the list of the kinds.
 std::span<const KeySet> path_key_sets();
+
+/// Those of events, from the list of their kinds.
+std::span<const KeySet> event_key_sets();
 
 /// All kinds of objects.
 std::vector<const KeySet*> all_key_sets();

@@ -1,13 +1,20 @@
-// Keys of joints, of their limits, and of what acts along their freedoms.
+// Keys of joints and gears.
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <string>
 
-#include "engine/scene/keys.hpp"
+#include "engine/scene/read.hpp"
 
-namespace pantin::detail::keys {
+namespace pantin::detail {
 namespace {
 
 using namespace rows;
+using keys::acts, keys::acts_twice, keys::is_driven, keys::is_line, keys::is_no_line,
+    keys::is_of_files;
+using keys::kWords, keys::range_of;
+using J = JointRecipe;
+using G = GearRecipe;
 
 constexpr std::string_view kBallOnly[] = {"ball"};
 constexpr std::string_view kCoordinates[] = {"angle", "travel"};
@@ -46,30 +53,28 @@ constexpr std::size_t kParameterCount = kAllParameters.second;
 static_assert(kParameterCount < std::size(kAllParameters.first));
 
 constexpr Key kEveryJoint[] = {
-    own_name("Default \"a-b\"."),
+    own_name<&J::name>("Default \"a-b\"."),
     kClass,
-    word(
-        "kind", kWords<is_of_files>,
-        "ball (or spherical): all turns are free. hinge (or revolute): Q turns about x. universal: "
-        "Q turns about y of a, then about z of b; x is the shaft. fixed: no turn. The others are "
-        "for the solver lagrangian. cylindrical: turns about x and slides along it. prismatic: "
-        "slides along x of a. screw: slides along x by pitch for each rad it turns about it. "
-        "planar: slides across x, turns about it. distance: two points stay length apart. spring: "
-        "a "
-        "spring and damper between two points.")
+    word("kind", kWords<is_of_files>,
+         "ball (or spherical): all turns are free. hinge (or revolute): Q turns about x. "
+         "universal: Q turns about y of a, then about z of b; x is the shaft. fixed: no turn. The "
+         "others are for the solver lagrangian. cylindrical: turns about x and slides along it. "
+         "prismatic: slides along x of a. screw: slides along x by pitch for each rad it turns "
+         "about it. planar: slides across x, turns about it. distance: two points stay length "
+         "apart. spring: a spring and damper between two points.")
         .or_else(0),
     word("type", kBallOnly, "An older word for \"kind\": \"ball\"."),
-    reference("a", kBodyOrWorld,
-              "Name of a body of this scene or prefab, \"instance/body\" or \"chain/0\"; \"world\" "
-              "is what never moves.")
-        .needed(kBodyOrWorld),
-    reference("b", kBodyOrWorld, "Likewise, the other body.").needed(kBodyOrWorld),
-    vector("anchor", "m", "The shared point at the start, in the frame of the scene or prefab.")
+    needed_reference<&J::a>("a", kBodyOrWorld,
+                            "Name of a body of this scene or prefab, \"instance/body\" or "
+                            "\"chain/0\"; \"world\" is what never moves."),
+    needed_reference<&J::b>("b", kBodyOrWorld, "Likewise, the other body."),
+    vector<&J::anchor>("anchor", "m",
+                       "The shared point at the start, in the frame of the scene or prefab.")
         .of_kinds(is_no_line),
-    vector(
+    vector<&J::anchor_a>(
         "anchor_a", "m",
         "The point in a's own frame; alone, b's follows from where the bodies lie at the start."),
-    vector("anchor_b", "m", "The point in b's own frame; alone, a's follows."),
+    vector<&J::anchor_b>("anchor_b", "m", "The point in b's own frame; alone, a's follows."),
     direction("axis",
               "The x axis at the start, in the frame of the scene or prefab, of any length: what a "
               "hinge turns about, what a ball twists about, the shaft of a universal joint.")
@@ -79,15 +84,14 @@ constexpr Key kEveryJoint[] = {
               "The y axis, likewise; only its part across the axis counts. Default: [0, 1, 0] "
               "turned the shortest way with x to the axis.")
         .of_kinds(is_no_line),
-    direction("axis_a",
-              "The x axis in a's own frame instead; b's follows from how the bodies lie at the "
-              "start.")
+    direction(
+        "axis_a",
+        "The x axis in a's own frame instead; b's follows from how the bodies lie at the start.")
         .of_kinds(is_no_line),
     direction("across_a", "The y axis in a's own frame.").of_kinds(is_no_line),
-    direction(
-        "axis_b",
-        "The x axis in b's own frame; a's follows. Beside axis_a, both acrosses are needed and "
-        "Q is what follows.")
+    direction("axis_b",
+              "The x axis in b's own frame; a's follows. Beside axis_a, both acrosses are needed "
+              "and Q is what follows.")
         .of_kinds(is_no_line),
     direction("across_b", "The y axis in b's own frame.").of_kinds(is_no_line),
     row("rest", ValueType::joint_turn, "", "Q at the start. Default: none.").of_kinds(is_no_line),
@@ -95,11 +99,11 @@ constexpr Key kEveryJoint[] = {
     object("limits", "limits", "How far it may turn. Default: as far as its kind lets it."),
     object("drive", "joint_drive", "A spring and damper that turn it. Default: none.")
         .of_kinds(is_driven),
-    vector("point_a", "m",
-           "Where it begins, at the start, in the frame of the scene or prefab. Default: a's "
-           "origin.")
+    vector<&J::point_a>(
+        "point_a", "m",
+        "Where it begins, at the start, in the frame of the scene or prefab. Default: a's origin.")
         .of_kinds(is_line),
-    vector("point_b", "m", "Where it ends, likewise.").of_kinds(is_line),
+    vector<&J::point_b>("point_b", "m", "Where it ends, likewise.").of_kinds(is_line),
     object("spring", "spring",
            "Acts on the turn of a hinge, a screw, a cylindrical joint, on the first turn of a "
            "universal one, on the slide of a prismatic one.")
@@ -130,221 +134,156 @@ constexpr Exclusive kJointPairs[] = {{"kind", "type"},
                                      {"angle", "spring friction motor"}};
 constexpr auto kJointClassPairs = std::span(kJointPairs).subspan(1);  // without the older "type"
 
-constexpr Key kLimits[] = {
-    angles("angle", "Of a hinge, cylindrical, screw or planar joint about x: least and most."),
-    angles_deg("angle_deg", "The same."),
-    angles("twist", "Of a ball about x: least and most."),
-    angles_deg("twist_deg", "The same."),
-    angle("cone", "Of a ball: how far x may swing, half the cone's opening, 0 to half a turn."),
-    angle_deg("cone_deg", "The same."),
-    angles(
-        "swing",
-        "Of a ball: half openings of an elliptic cone, for swings about y and about z, 0 to half "
-        "a turn."),
-    angles_deg("swing_deg", "The same."),
-    angles("first", "Of a universal joint about y of a: least and most."),
-    angles_deg("first_deg", "The same."),
-    angles("second", "Of a universal joint about z of b: least and most."),
-    angles_deg("second_deg", "The same."),
-    object("soft", "soft", "A spring before each stop. Default: none."),
-    row("travel", ValueType::numbers, "m",
-        "Of a cylindrical, prismatic or screw joint: least and most of b's anchor along x from "
-        "a's.")
-        .holding(2),
-    number("restitution", "", kUnit,
-           "Part of the speed with which a stop is left again. For the solver lagrangian.")
-        .or_else(0),
-};
-constexpr Exclusive kLimitPairs[] = {{"cone", "swing swing_deg"}, {"cone_deg", "swing swing_deg"}};
-constexpr Beside kLimitPartners[] = {
-    {"soft",
-     "angle angle_deg twist twist_deg cone cone_deg swing swing_deg first first_deg second "
-     "second_deg",
-     "found \"soft\" without a limit, expected one beside it, whose stops it softens"}};
-
-constexpr Key kSoft[] = {
-    angle("zone", "How far before the stop they begin, above 0."),
-    angle_deg("zone_deg", "The same."),
-    number("stiffness", "N m/rad", kNotNegative, "Of the spring.").or_else(0),
-    number("damping", "N m s/rad", kNotNegative, "Of the damper.").or_else(0),
-};
-constexpr AnyOf kSoftNeeds[] = {
-    {"zone zone_deg",
-     "found no \"zone\", expected how far before the stop the spring begins, in rad, or "
-     "\"zone_deg\""}};
-
-constexpr Key kSpring[] = {
-    number("stiffness", "N m/rad", kNotNegative, "Of a slide N/m.").or_else(0),
-    number("damping", "N m s/rad", kNotNegative, "Of a slide N s/m.").or_else(0),
-    number("rest", "rad", kAnyNumber, "Where it pulls to; of a slide m.").or_else(0),
-    angle_deg("rest_deg", "The same, of an angle."),
-};
-constexpr AnyOf kSpringNeeds[] = {{"stiffness damping",
-                                   "found neither \"stiffness\" nor \"damping\", expected one of "
-                                   "them: without them a spring does "
-                                   "nothing"}};
-
-constexpr Key kFriction[] = {
-    number("viscous", "N m s/rad", kNotNegative, "Of a slide N s/m.").or_else(0),
-    number("dry", "N m", kNotNegative, "Of a slide N.").or_else(0),
-    number("slip", "rad/s", kPositive, "Rate below which dry friction fades; of a slide m/s.")
-        .or_else(0.01),
-};
-constexpr AnyOf kFrictionNeeds[] = {
-    {"viscous dry",
-     "found neither \"viscous\" nor \"dry\", expected one of them: without them there is no "
-     "friction"}};
-
-constexpr Key kMotor[] = {
-    number("velocity", "rad/s", kAnyNumber, "The speed it keeps; of a slide m/s."),
-    number("velocity_deg", "degrees/s", kDegrees, "The same, of an angle."),
-    number("position", "rad", kAnyNumber, "Where it goes; of a slide m."),
-    angle_deg("position_deg", "The same, of an angle."),
-    number("gain", "", kPositive,
-           "Effort for each unit: N m s/rad or N m/rad; of a slide N s/m or N/m.")
-        .needed("how hard it corrects what is off: effort for each unit of it"),
-    number("damping", "N m s/rad", kNotNegative, "Of a position; of a slide N s/m.").or_else(0),
-    number("cap", "N m", kNotNegative, "Its most; of a slide N. Default: any."),
-};
-constexpr Exclusive kMotorPairs[] = {{"velocity", "position position_deg"},
-                                     {"velocity_deg", "position position_deg"}};
-constexpr AnyOf kMotorNeeds[] = {
-    {"velocity velocity_deg position position_deg",
-     "found no \"velocity\", expected the speed it keeps, or the \"position\" it goes to"}};
-constexpr Beside kMotorPartners[] = {
-    {"damping", "position position_deg",
-     "found \"damping\" of a motor that keeps a speed, expected it with \"position\" only"}};
-
-constexpr Key kDof[] = {
-    object("spring", "spring", "Default: none."),
-    object("friction", "friction", "Default: none."),
-    object("motor", "motor", "Default: none."),
-};
-
 constexpr Key kGear[] = {
-    own_name("Default \"first-second\"."),
-    reference("first", "the name of a joint", "Name of a joint of this scene or prefab.")
-        .needed("the name of a joint"),
-    word("first_coordinate", kCoordinates,
-         "Which coordinate of first. Default: angle; of a prismatic joint travel.")
+    own_name<&G::name>("Default \"first-second\"."),
+    needed_reference<&G::first>("first", "the name of a joint",
+                                "Name of a joint of this scene or prefab."),
+    word<&G::first_travels>(
+        "first_coordinate", kCoordinates,
+        "Which coordinate of first. Default: angle; of a prismatic joint travel.")
         .once("first_moves")
         .once_words(kOldCoordinates),
-    reference("second", "the name of a joint", "Name of another joint.")
-        .needed("the name of a joint"),
-    word("second_coordinate", kCoordinates, "Likewise of second.")
+    needed_reference<&G::second>("second", "the name of a joint", "Name of another joint."),
+    word<&G::second_travels>("second_coordinate", kCoordinates, "Likewise of second.")
         .once("second_moves")
         .once_words(kOldCoordinates),
-    number("ratio", "", kAnyNumber,
-           "Of second for each unit of first: rad/rad, m/rad, rad/m or m/m. Gears that mesh turn "
-           "against each other: below 0.")
+    number<&G::ratio>("ratio", "", kAnyNumber,
+                      "Of second for each unit of first: rad/rad, m/rad, rad/m or m/m. Gears that "
+                      "mesh turn against each other: below 0.")
         .needed("how far the second moves for each unit of the first")
         .not_zero(),
-    number("offset", "rad", kAnyNumber, "Of travel m. Default: as placed."),
-    angle_deg("offset_deg", "The same, of an angle."),
+    number<&G::offset>("offset", "rad", kAnyNumber, "Of travel m. Default: as placed."),
+    angle_deg<&G::offset>("offset_deg", "The same, of an angle."),
 };
 
-constexpr Key kJointDrive[] = {
-    row("target", ValueType::joint_turn, "", "Where to. Default: Q = 1."),
-    row("target_deg", ValueType::joint_turn_deg, "degrees", "The same."),
-    angle("angle", "Where to, of a hinge."),
-    angle_deg("angle_deg", "The same."),
-    number("stiffness", "N m/rad", kNotNegative, "Of the spring.").or_else(0),
-    number("damping", "N m s/rad", kNotNegative, "Of the damper.").or_else(0),
-    number("max_torque", "N m", kNotNegative, "No more than this. Default: any."),
-    objects(
-        "keys", "pose_key",
-        "Targets to follow instead, times rising, the shortest way from each to the next; before "
-        "the first and after the last they rest."),
-    flag("loop", "Repeat the keys for all times; the last must be the first turn again.")
-        .or_else(false),
-};
-constexpr Exclusive kDrivePairs[] = {{"target", "angle angle_deg keys"},
-                                     {"target_deg", "angle angle_deg keys"},
-                                     {"angle", "keys"},
-                                     {"angle_deg", "keys"}};
-constexpr AnyOf kDriveNeeds[] = {
-    {"stiffness damping",
-     "found neither \"stiffness\" nor \"damping\", expected one of them: without them a drive does "
-     "nothing"}};
-constexpr Beside kDrivePartners[] = {
-    {"loop", "keys", "found \"loop\" without \"keys\", expected it with them"}};
+/// "axis" and "across", or the same with `suffix` in a body's own frame; nothing without both.
+std::optional<AxesRecipe> read_axes(const Reader& from, const std::string& suffix) {
+  const std::string axis = "axis" + suffix, across = "across" + suffix;
+  if (!from.has(axis) && !from.has(across)) return std::nullopt;
+  AxesRecipe axes;
+  if (from.has(axis)) axes.axis = from.direction(axis, axes.axis);
+  if (!from.has(across)) return axes;
+  axes.across = from.direction(across, Vec3(0, 1, 0));
+  if (glm::length(glm::cross(axes.axis, *axes.across)) > 1e-6) return axes;
+  from.error_value(across, "a direction that is not that of \"" + axis + "\"");
+  axes.across.reset();
+  return axes;
+}
 
-constexpr Key kPoseKey[] = {
-    number("time", "s", kTime, "When.").needed("a time in seconds"),
-    row("target", ValueType::joint_turn, "", "Where it is by then."),
-    row("target_deg", ValueType::joint_turn_deg, "degrees", "The same."),
-    angle("angle", "Of a hinge."),
-    angle_deg("angle_deg", "The same."),
-};
-constexpr Exclusive kPosePairs[] = {{"target", "angle angle_deg"},
-                                    {"target_deg", "angle angle_deg"}};
-constexpr AnyOf kPoseNeeds[] = {{"target target_deg angle angle_deg",
-                                 "found no \"target\", expected the turn to be reached by then"}};
+void read_frames(const Reader& from, JointRecipe& joint) {
+  if (const auto axes = read_axes(from, "")) joint.axes = *axes;
+  joint.axes_a = read_axes(from, "_a"), joint.axes_b = read_axes(from, "_b");
+  if (joint.axes_a && joint.axes_b) {
+    if (!joint.axes_a->across || !joint.axes_b->across)
+      from.error(
+          "found \"axis_a\" and \"axis_b\", expected \"across_a\" and \"across_b\" beside them: "
+          "the joint's zero is where the two agree");
+    for (std::string_view key : {"rest", "rest_deg"})
+      if (from.has(key))
+        from.error_at_key(
+            key, "found \"" + std::string(key) +
+                     "\" beside the axes in both bodies, expected only one of them: those tell it");
+    return;
+  }
+  joint.rest = read_joint_turn(from, "rest", joint.turn.kind).value_or(kIdentity);
+}
+
+/// The kind under "kind", by its name or its alias; a chain has only kinds that share a point.
+JointKind read_kind(const Reader& from) {
+  const bool is_chain = !from.accepts("type");
+  if (!is_chain) from.word("type", 0);
+  const NodeId node = from.find("kind");
+  if (node == kNoNode) return JointKind::ball;
+  std::vector<JointKind> kinds;
+  std::vector<std::string_view> names;
+  for (int i = 0; i < kJointKinds; ++i) {
+    const JointKindInfo& info = kJointKindInfos[i];
+    if (!info.in_files || (is_chain && !info.holds_point)) continue;
+    kinds.push_back(static_cast<JointKind>(i)), names.push_back(info.name);
+  }
+  const std::string_view word =
+      from.json[node].kind == JsonKind::string ? from.json[node].text : "";
+  JointKind named = JointKind::ball;
+  const bool is_kind = joint_kind_from_name(word, named);
+  if (is_kind && std::ranges::count(kinds, named) > 0) return named;
+  if (is_chain || !is_kind || info_of(named).in_files) return kinds[from.word("kind", 0, names)];
+  from.diagnostics.error_value(node, "a kind that a file can tell: " + a_joint(named) +
+                                         " is made in C++, with JointExtras::custom");
+  return JointKind::ball;
+}
 
 }  // namespace
 
-std::span<const Key> joint_parameters() {
+std::span<const Key> keys::joint_parameters() {
   return std::span(kJoint).subspan(std::size(kEveryJoint));
 }
 
-constinit const KeySet joint{
+constinit const KeySet keys::joint{
     "joint",
     "A joint. Needs anchor, or anchor_a, anchor_b or both, unless it is a distance or a spring, "
     "whose ends are point_a or anchor_a and point_b or anchor_b; where both do not meet at the "
     "start, the first step closes the gap. Its axes x, y, z count for kinds other than ball, "
-    "limits "
-    "and drives. Q tells how b's stand in a's; limits are counted from Q = 1.",
+    "limits and drives. Q tells how b's stand in a's; limits are counted from Q = 1.",
     kJoint, kJointPairs};
-constinit const KeySet joint_class{
+constinit const KeySet keys::joint_class{
     "joint_class", "What joints of a class are, and those of chains, unless they say otherwise.",
     kJointClass, kJointClassPairs};
-constinit const KeySet limits{
-    "limits",
-    "How far a joint may turn, counted from Q = 1, or slide. A ball has twist and cone or swing; a "
-    "hinge, cylindrical, screw or planar joint angle; a universal joint first and second; what "
-    "slides along x travel.",
-    kLimits,
-    kLimitPairs,
-    {},
-    kLimitPartners};
-constinit const KeySet soft{
-    "soft", "A spring and a damper that act near a stop.", kSoft, {}, kSoftNeeds};
-constinit const KeySet spring{
-    "spring",
-    "A spring and damper about or along x. Needs stiffness, damping or both.",
-    kSpring,
-    {},
-    kSpringNeeds};
-constinit const KeySet friction{"friction",
-                                "Friction of a joint: viscous times the rate, and dry times "
-                                "tanh(rate / slip). Needs one of them "
-                                "or both.",
-                                kFriction,
-                                {},
-                                kFrictionNeeds};
-constinit const KeySet motor{
-    "motor",
-    "Keeps a speed with gain times what it lacks, or goes to a position with gain times what it is "
-    "off, less damping times the rate; never with more than cap.",
-    kMotor,
-    kMotorPairs,
-    kMotorNeeds,
-    kMotorPartners};
-constinit const KeySet dof{"dof", "Forces along one degree of freedom of a joint.", kDof};
-constinit const KeySet gear{
+constinit const KeySet keys::gear{
     "gear",
     "Two joints that move in proportion: coordinate of second = ratio * coordinate of first + "
     "offset. For the solver lagrangian. Coordinates are angles about x (of hinge, cylindrical, "
     "screw) and travel along it (cylindrical, prismatic, screw).",
     kGear};
-constinit const KeySet joint_drive{
-    "joint_drive",
-    "A spring and damper that turn a joint towards a target. Needs stiffness, damping or both.",
-    kJointDrive,
-    kDrivePairs,
-    kDriveNeeds,
-    kDrivePartners};
-constinit const KeySet pose_key{"pose_key", "A target at a time.", kPoseKey, kPosePairs,
-                                kPoseNeeds};
 
-}  // namespace pantin::detail::keys
+std::string a_joint(JointKind kind) { return std::string("a ") + name_of(kind) + " joint"; }
+
+NodeId either(const Reader& from, std::string_view key) {
+  const NodeId node = from.find(key);
+  return node != kNoNode ? node : from.find(std::string(key) + "_deg");
+}
+
+bool read_angles(const Reader& from, std::string_view key, std::span<Real> into) {
+  const std::string key_deg = std::string(key) + "_deg";
+  const bool in_degrees = from.has(key_deg);
+  const NodeId node = either(from, key);
+  if (node == kNoNode) return false;
+  const Range& range = in_degrees ? kDegrees : kRadians;
+  if (into.size() == 1) {
+    const Real angle = from.number(in_degrees ? key_deg : key, NAN, range);
+    if (std::isnan(angle)) return false;
+    into[0] = angle;
+  } else if (!from.numbers_at(node, into, range)) {
+    return false;
+  }
+  if (in_degrees)
+    for (Real& x : into) x *= kPi / 180;
+  return true;
+}
+
+RotationRecipe read_turn(const Reading& reading, const Reader& from) {
+  RotationRecipe turn;
+  turn.kind = read_kind(from);
+  turn.limits = read_limits(reading, from, turn);
+  read_parameters(reading, from, turn);
+  turn.drive = read_pose_drive(reading, from, turn.kind);
+  return turn;
+}
+
+bool read_members(const Reading& reading, const Reader& from, JointRecipe& joint) {
+  const bool is_whole = read_rows(reading, from, joint);
+  joint.turn = read_turn(reading, from);
+  if (joint.turn.is_line()) return is_whole;
+  if (!joint.anchor && !joint.anchor_a && !joint.anchor_b)
+    from.error(
+        "found no \"anchor\", expected the point of the scene where the bodies meet, or "
+        "\"anchor_a\" and \"anchor_b\" in their own frames");
+  read_frames(from, joint);
+  return is_whole;
+}
+
+bool read_members(const Reading& reading, const Reader& from, GearRecipe& gear) {
+  gear.in_degrees = from.has("offset_deg");
+  return read_rows(reading, from, gear);
+}
+
+}  // namespace pantin::detail

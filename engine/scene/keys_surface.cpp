@@ -16,11 +16,11 @@ constexpr Range kDegree{1, nurbs::kMostDegree, "a whole number from 1 to 25"};
 constexpr Range kCount{2, 1e6, "a whole number from 2 to 1000000"};
 constexpr Range kFullTurn{1e-6, 360, "an angle above 0, at most 360 degrees"};
 
-constexpr Key kScale = row("scale", ValueType::vector_or_number, "",
-                           "By which it is multiplied, along each axis or along all, before it is "
-                           "rotated and moved.")
-                           .within(kPositive)
-                           .or_else(1);
+constexpr Key kScale =
+    row("scale", ValueType::vector_or_number, "",
+        "By which it is multiplied, along each axis or along all, before it is rotated and moved.")
+        .within(kPositive)
+        .or_else(1);
 constexpr Key kInsideOut =
     flag("inside_out", "Whether the outer side is turned inside, as of a bowl that is rolled in.")
         .or_else(false);
@@ -28,11 +28,10 @@ constexpr Key kPoints = row("points", ValueType::points, "m", "Control points.")
 constexpr Key kWeights = row("weights", ValueType::number_list, "",
                              "Of the control points, above 0. Default: 1 for all.")
                              .within(kAnyNumber);
-constexpr Key kHomogeneous =
-    row("homogeneous", ValueType::number_list, "",
-        "In place of points and weights: x w, y w, z w and w of each, one after the other; exact "
-        "where weights are not 1.")
-        .within(kAnyNumber);
+constexpr Key kHomogeneous = row("homogeneous", ValueType::number_list, "",
+                                 "In place of points and weights: x w, y w, z w and w of each, one "
+                                 "after the other; exact where weights are not 1.")
+                                 .within(kAnyNumber);
 constexpr Exclusive kPointPairs[] = {{"homogeneous", "points weights"}};
 constexpr AnyOf kPointNeeds[] = {
     {"points homogeneous", "found no \"points\", expected the control points"}};
@@ -95,8 +94,7 @@ constexpr auto kNurbsFace =
                   .within(kDegree)
                   .needed("the degrees along u and v"),
               row("knots_u", ValueType::number_list, "",
-                  "Not decreasing; as many as points along u, the "
-                  "degree and 1 together.")
+                  "Not decreasing; as many as points along u, the degree and 1 together.")
                   .within(kKnots)
                   .needed("the knots along u"),
               row("knots_v", ValueType::number_list, "", "Likewise along v.")
@@ -155,8 +153,7 @@ constexpr auto kNurbsCurve = curve_keys(
     0,
     row("degree", ValueType::whole, "", "Of the polynomials.").within(kDegree).needed("a degree"),
     row("knots", ValueType::number_list, "",
-        "Not decreasing; as many as points, the degree and 1 "
-        "together.")
+        "Not decreasing; as many as points, the degree and 1 together.")
         .within(kKnots)
         .needed("the knots"),
     kPoints, kWeights, kHomogeneous,
@@ -187,11 +184,10 @@ constexpr auto kJoinedCurve = curve_keys(
 
 }  // namespace
 
-constinit const KeySet surface{
-    "surface",
-    "A surface of NURBS faces. A closed one is a solid; what is open is touched from its outer "
-    "side, the one that u x v points to.",
-    kSurface, kSurfacePairs, kSurfaceNeeds};
+constinit const KeySet surface{"surface",
+                               "A surface of NURBS faces. A closed one is a solid; what is open is "
+                               "touched from its outer side, the one that u x v points to.",
+                               kSurface, kSurfacePairs, kSurfaceNeeds};
 constinit const KeySet nurbs_face{"nurbs_face", "A face by knots and control points.", kNurbsFace,
                                   kPointPairs, kPointNeeds};
 constinit const KeySet plane_face{"plane_face", "A rectangle across z.", kPlaneFace};

@@ -68,7 +68,7 @@ BodyRecipe lamina_body(const LaminaPlan& lamina, const SolverSettings& how,
 BodyRecipe finger_body(const LaminaPlan& lamina, const FingerPlan& f, std::uint32_t material) {
   const Real size = modes::extent(lamina.outline);
   BodyRecipe body;
-  body.name = body_name(lamina, f), body.motion = Motion::kinematic, body.is_finger = true;
+  body.name = body_name(lamina, f), body.body.motion = Motion::kinematic, body.is_finger = true;
   body.pose.position = spatial(f.point - kFinger * size * f.normal);
   Shape shape;
   shape.material = material;
@@ -118,9 +118,7 @@ void add_laminas(const std::vector<LaminaPlan>& laminas, World& world) {
     laminas_of(world).add(body, std::move(lamina));
     const Vec3 pull = spatial(plan.force) - plan.mass * Vec3(world.gravity.x, world.gravity.y, 0);
     if (pull == Vec3(0) && plan.torque == 0) continue;
-    TimedEvent push;
-    push.on = body, push.force = pull, push.torque = {0, 0, plan.torque};
-    add_event(world, push);
+    add_event(world, {PushEvent{.body = body, .force = pull, .torque = {0, 0, plan.torque}}});
   }
 }
 

@@ -121,13 +121,18 @@ void mirror(BuiltJoint& j, const Reflection& by) {
 
 void mirror(BuiltEvent& e, const Reflection& by, const BuiltScene& whole) {
   TimedEvent& t = e.event;
-  t.anchor = by.direction(t.anchor);
-  t.force = by.direction(t.force), t.impulse = by.direction(t.impulse);
-  t.torque = by.axial(t.torque), t.angular_impulse = by.axial(t.angular_impulse);
-  t.target = by.point(t.target);
+  each_event_key(t, [&]<class T>(const EventKey& key, T& member) {
+    if constexpr (std::is_same_v<T, Vec3>) {
+      if (key.form == EventForm::direction || key.form == EventForm::anchor)
+        member = by.direction(member);
+      if (key.form == EventForm::axial) member = by.axial(member);
+      if (key.form == EventForm::point) member = by.point(member);
+    }
+  });
   const bool slides = e.object == EventObject::joint &&
                       !info_of(whole.joints[e.on].joint.kind).is_used(Coordinate::angle, kActuated);
-  if (slides) t.motor.target = -t.motor.target;
+  if (auto* motor = std::get_if<MotorEvent>(&t.kind); motor && slides)
+    motor->motor.target = -motor->motor.target;
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/nurbs/spline.hpp"
+#include "engine/scene/bind.hpp"
 #include "engine/scene/json_recipe.hpp"
 #include "engine/scene/keys.hpp"
 #include "engine/scene/lamina_plan.hpp"
@@ -75,10 +76,6 @@ struct Reading {
   }
 };
 
-/// Settings under "solver", where keys that are absent keep the values of `base`.
-std::optional<SolverSettings> read_solver(const Reading& reading, const Reader& from,
-                                          const SolverSettings& base);
-
 /// The prefabs of a file, those that stand in files of their own included.
 void read_prefabs(const Reading& reading, const Reader& from);
 
@@ -90,10 +87,6 @@ Reading reading_of(SceneReading& scene, SceneFile& file);
 
 /// "defaults" and "classes"; after the materials.
 void read_classes(Reading& reading, const Reader& scene);
-
-/// Opens a body, joint, cable, pin or chain, which takes what it does not say from its class and
-/// the defaults.
-Reader open_of_class(const Reading& reading, NodeId node, std::string_view what);
 
 /// The index of a material by name, or of `otherwise`.
 std::uint32_t read_material(const Reading& reading, const Reader& from, std::uint32_t otherwise);
@@ -118,6 +111,13 @@ struct ShapeDefaults {
 /// Reports what a body of this motion cannot have. Nothing if it cannot be read.
 std::optional<ShapeWithDensity> read_shape(const Reading& reading, NodeId node,
                                            const ShapeDefaults& otherwise);
+
+/// "scale", "position" and "rotation" of a surface, a face or a curve: scaled, rotated, then moved.
+nurbs::Affine placing_of(const Reader& from);
+inline constexpr std::string_view kPlacing = "scale position rotation rotation_deg";
+
+/// Inside out. A face with errors, which check_face() tells, stays as it is.
+nurbs::Surface turned(const nurbs::Surface& face);
 
 /// "surfaces".
 void read_surfaces(Reading& reading, const Reader& scene);
@@ -147,7 +147,10 @@ std::optional<Collision> read_collision(const Reading& reading, const Reader& fr
 
 /// The same of a body or a link of a chain, with the scene's defaults; an error if it collides
 /// without a shape.
-void read_collision_of(const Reading& reading, const Reader& from, BodyRecipe& body);
+bool read_collision_of(const RowValue& row, BodyRecipe& body);
+
+/// Groups by their names or numbers, as bits.
+std::uint32_t read_groups(const Reading& reading, const std::vector<NodeId>& nodes);
 
 /// The value of `key` or `key`_deg.
 NodeId either(const Reader& from, std::string_view key);
@@ -155,6 +158,13 @@ NodeId either(const Reader& from, std::string_view key);
 /// Measures of the kind and what acts along its freedoms: "pitch", "spring", "friction", "motor",
 /// "angle", "travel" and so on. Reports keys that a joint of this kind cannot have.
 void read_parameters(const Reading& reading, const Reader& from, RotationRecipe& turn);
+
+/// "limits": what a joint of this kind has, of its rotation and of its travel.
+JointLimits read_limits(const Reading& reading, const Reader& from, RotationRecipe& turn);
+
+/// "drive".
+std::optional<JointDrive> read_pose_drive(const Reading& reading, const Reader& from,
+                                          JointKind kind);
 
 /// "kind", "limits", "drive" and extras of a joint, or of the joints of a chain.
 RotationRecipe read_turn(const Reading& reading, const Reader& from);
@@ -178,22 +188,41 @@ inline std::string optional_name(const Reader& from) { return from.has("name") ?
 /// nothing rotates it about its mass centre.
 BodyMassProperties read_mass_properties(const Reading& reading, const Reader& from, Motion motion);
 
-BodyRecipe read_body(const Reading& reading, NodeId node);
-std::optional<JointRecipe> read_joint(const Reading& reading, NodeId node);
-std::optional<GearRecipe> read_gear(const Reading& reading, NodeId node);
-/// A point in the scene, or in the own frame of its body.
-PointRecipe read_point(const Reader& from, std::string_view in_scene, std::string_view in_body);
-std::optional<BeltRecipe> read_belt(const Reading& reading, NodeId node);
-std::optional<SurfaceJointRecipe> read_surface_joint(const Reading& reading, NodeId node);
-std::optional<CableRecipe> read_cable(const Reading& reading, NodeId node);
-std::optional<PinRecipe> read_pin(const Reading& reading, NodeId node);
-std::optional<PathRecipe> read_path(const Reading& reading, NodeId node);
-std::optional<InstanceRecipe> read_instance(const Reading& reading, NodeId node);
-std::optional<MirrorRecipe> read_mirror(const Reading& reading, NodeId node);
-std::optional<GridRecipe> read_grid(const Reading& reading, NodeId node);
+// ---- What rows do not tell: see bind.hpp --------------------------------------------------------
+
+bool read_value(const RowValue& row, std::optional<SolverSettings>& to);
+bool read_value(const RowValue& row, modes::Vec2& to);
+/// "ground", an object or a flag.
+bool read_ground(const RowValue& row, View& view);
+bool read_members(const Reading& reading, const Reader& from, BodyRecipe& body);
+bool read_members(const Reading& reading, const Reader& from, JointRecipe& joint);
+bool read_members(const Reading& reading, const Reader& from, GearRecipe& gear);
+bool read_members(const Reading& reading, const Reader& from, BeltRecipe& belt);
+bool read_members(const Reading& reading, const Reader& from, SurfaceSideRecipe& side);
+bool read_members(const Reading& reading, const Reader& from, SurfaceJointRecipe& joint);
+bool read_members(const Reading& reading, const Reader& from, GuideRecipe& guide);
+bool read_members(const Reading& reading, const Reader& from, PathRecipe& path);
+bool read_members(const Reading& reading, const Reader& from, InstanceRecipe& instance);
+bool read_members(const Reading& reading, const Reader& from, GridRecipe& grid);
+bool read_members(const Reading& reading, const Reader& from, SolverSettings& settings);
+bool read_members(const Reading& reading, const Reader& from, Camera& camera);
+
 std::optional<LaminaPlan> read_lamina(const Reading& reading, NodeId node, Vec3 gravity);
 std::optional<EventRecipe> read_event(const Reading& reading, NodeId node);
 ChainRecipe read_chain(const Reading& reading, NodeId node);  // links == 0 if it cannot be read
 BodyRecipe read_stairs(const Reading& reading, NodeId node);  // no name if it cannot be read
 
+namespace rows {
+
+/// A point in the scene at the start, or in a body's own frame: of a member like PointRecipe.
+template <auto path>
+constexpr Key point_in_scene(Text name, Text about) {
+  return vector<path, &PointRecipe::in_scene>(name, "m", about);
+}
+template <auto path>
+constexpr Key point_in_body(Text name, Text about) {
+  return vector<path, &PointRecipe::in_body>(name, "m", about);
+}
+
+}  // namespace rows
 }  // namespace pantin::detail

@@ -1,4 +1,4 @@
-// Timed events, each by the keys of its type.
+// Timed events, each by the keys of its kind.
 #include <string>
 
 #include "engine/scene/read.hpp"
@@ -6,112 +6,96 @@
 namespace pantin::detail {
 namespace {
 
-using enum TimedEventKind;
-
-constexpr Real kNever = 1e300;
-
-std::optional<Real> number_if(const Reader& from, std::string_view key) {
-  if (!from.has(key)) return std::nullopt;
-  return from.number(key, 0);
+/// "from", "to" and "every", of those kinds that have them.
+template <class E>
+void check_times(const Reader& from, E& e) {
+  if constexpr (requires { e.to; })
+    if (e.to < e.from) {
+      from.diagnostics.error(from.find("to"), "found " + written(e.to) +
+                                                  " s, before the begin at " + written(e.from) +
+                                                  " s, expected a later time");
+      e.to = e.from;
+    }
+  if constexpr (Lasts<E>)
+    if (e.every > 0 && e.to < kNever && e.to - e.from > e.every)
+      from.diagnostics.error(from.find("every"),
+                             "found " + written(e.every) + " s, expected " +
+                                 written(e.to - e.from) +
+                                 " s or more: it starts again when it has ended");
 }
 
-/// "from", "to" and "every", of those types that have them.
-void read_times(const Reader& from, TimedEvent& e) {
-  if (from.accepts("at")) e.from = from.number("at", 0);
-  if (from.accepts("over")) e.over = from.number("over", 0);
-  if (from.accepts("every")) e.every = from.number("every", 0);
-  if (!from.accepts("from")) return;
-  e.from = from.number("from", 0);
-  e.to = from.number("to", kNever);
-  if (e.to < e.from) {
-    from.diagnostics.error(from.find("to"), "found " + written(e.to) + " s, before the begin at " +
-                                                written(e.from) + " s, expected a later time");
-    e.to = e.from;
-  }
-  if (e.every > 0 && e.to < kNever && e.to - e.from > e.every)
-    from.diagnostics.error(from.find("every"), "found " + written(e.every) + " s, expected " +
-                                                   written(e.to - e.from) +
-                                                   " s or more: it starts again when it has ended");
-}
+// ---- What follows from what is not said ----
 
-void read_push(const Reader& from, EventRecipe& r) {
-  const bool lasts = r.event.kind == push;
-  (lasts ? r.event.force : r.event.impulse) = from.vec(lasts ? "force" : "impulse");
-  (lasts ? r.event.torque : r.event.angular_impulse) =
-      from.vec(lasts ? "torque" : "angular_impulse");
-}
+void prepare(auto&) {}
+void finish(const Reader&, const auto&, EventRecipe&) {}
 
-void read_wind(const Reading& reading, const Reader& from, EventRecipe& r) {
-  TimedEvent& e = r.event;
-  e.velocity = from.vec("velocity");
-  e.gusts = from.vec_or_number("gusts");
-  e.gust_time = from.number("gust_time");
-  e.seed = static_cast<std::uint64_t>(from.whole("seed"));
-  e.drag = from.number("drag", -1);
-  r.bodies = read_names(reading, from, "bodies");
-}
-
-void read_pull(const Reader& from, EventRecipe& r) {
-  TimedEvent& e = r.event;
-  e.target = from.vec("target", Vec3(0));
-  e.stiffness = from.number("stiffness"), e.damping = from.number("damping");
+void finish(const Reader& from, PullEvent& e, EventRecipe&) {
   if (!from.has("over")) e.over = e.to < kNever ? e.to - e.from : 1;
 }
 
-void read_motor(const Reader& from, EventRecipe& r) {
-  constexpr Real kDegree = kPi / 180;
-  JointMotor& m = r.event.motor;
+void prepare(MotorEvent& e) { e.motor.gain = e.motor.damping = e.motor.cap = kAsBefore; }
+
+void finish(const Reader& from, MotorEvent& e, EventRecipe& r) {
   const bool goes = from.has("position") || from.has("position_deg");
   const bool turns = from.has("velocity") || from.has("velocity_deg");
-  if (goes || turns) m.kind = goes ? MotorKind::position : MotorKind::velocity;
-  m.target = from.number(goes ? "position" : "velocity", 0);
-  const std::string_view deg = goes ? "position_deg" : "velocity_deg";
-  r.in_degrees = from.has(deg);
-  if (r.in_degrees) m.target = kDegree * from.number(deg, 0);
-  r.gain = number_if(from, "gain"), r.damping = number_if(from, "damping");
-  r.most = number_if(from, "cap");
+  if (goes || turns) e.motor.kind = goes ? MotorKind::position : MotorKind::velocity;
+  r.in_degrees = from.has(goes ? "position_deg" : "velocity_deg");
 }
 
-void read_what(const Reading& reading, const Reader& from, EventRecipe& r) {
-  TimedEvent& e = r.event;
-  switch (e.kind) {
-    case push:
-    case impulse:
-      return read_push(from, r);
-    case wind:
-      return read_wind(reading, from, r);
-    case pull:
-      return read_pull(from, r);
-    case cut:
-      return;
-    case motor:
-      return read_motor(from, r);
-    case drive:
-      r.gain = number_if(from, "stiffness"), r.damping = number_if(from, "damping");
-      r.most = number_if(from, "max_torque");
-      return;
-    case winch:
-      e.length = from.number("length", 1);
-      return;
-    case gravity:
-      e.gravity = from.vec("gravity", Vec3(0));
-      return;
-    case solver:
-      e.solver = static_cast<Solver>(from.word("solver", 0));
-      return;
+void prepare(DriveEvent& e) { e.stiffness = e.damping = e.max_torque = kAsBefore; }
+
+// ---- Keys ----
+
+/// Reads the value of each key into the member that it is for; names into the recipe.
+struct KeyReader {
+  const Reading& reading;
+  const Reader& from;
+  EventRecipe& recipe;
+
+  void operator()(const EventKey& key, Entity&) const {
+    if (!recipe.member.empty() || !from.has(key.key)) return;
+    const auto name = from.reference(key.key);
+    if (name) recipe.member = key.key, recipe.on = *name;
   }
+  void operator()(const EventKey& key, std::vector<Entity>&) const {
+    recipe.bodies = read_names(reading, from, key.key);
+  }
+  void operator()(const EventKey& key, Solver& solver) const {
+    solver = static_cast<Solver>(from.word(key.key, static_cast<std::size_t>(solver)));
+  }
+  void operator()(const EventKey& key, std::uint64_t& whole) const {
+    whole = static_cast<std::uint64_t>(from.whole(key.key, static_cast<int>(whole)));
+  }
+  void operator()(const EventKey& key, Real& number) const {
+    if (from.has(key.key)) number = key.scale * from.number(key.key, number / key.scale);
+  }
+  void operator()(const EventKey& key, Vec3& v) const {
+    if (key.form == EventForm::anchor)
+      recipe.point = {from.vec_if("point"), from.vec_if(key.key)};
+    else
+      v = key.form == EventForm::vector_or_number ? from.vec_or_number(key.key, v)
+                                                  : from.vec(key.key, v);
+  }
+};
+
+/// False if it cannot be told what it happens to.
+template <class Event>
+bool read_kind(const Reading& reading, const Reader& from, EventRecipe& recipe) {
+  Event e;
+  prepare(e);
+  Event::scene_keys(e, KeyReader{reading, from, recipe});
+  check_times(from, e);
+  finish(from, e, recipe);
+  recipe.event.kind = std::move(e);
+  return !kHasTarget<Event> || !recipe.member.empty();
 }
 
-/// What it happens to, by the key that names it; false if that could not be read.
-bool read_object(const Reader& from, EventRecipe& r) {
-  for (const std::string_view key : {"body", "joint", "cable", "pin", "gear"}) {
-    if (!from.accepts(key) || !from.has(key)) continue;
-    const auto name = from.reference(key);
-    if (!name) return false;
-    r.member = key, r.on = *name;
-    return true;
-  }
-  return r.event.kind == wind || r.event.kind == gravity || r.event.kind == solver;
+template <class... Kinds>
+bool read_kind_at(std::size_t index, const Reading& reading, const Reader& from,
+                  EventRecipe& recipe) {
+  using Read = bool (*)(const Reading&, const Reader&, EventRecipe&);
+  static constexpr Read all[] = {&read_kind<Kinds>...};
+  return all[index](reading, from, recipe);
 }
 
 }  // namespace
@@ -130,16 +114,15 @@ std::vector<std::string> read_names(const Reading& reading, const Reader& from,
 }
 
 std::optional<EventRecipe> read_event(const Reading& reading, NodeId node) {
-  const auto type = read_type(reading, node, kTimedEventNames);
+  const auto type = read_type(reading, node, kEventNames);
   if (!type) return std::nullopt;
-  const Reader from = reading.open(node, std::string(kTimedEventNames[*type]) + "_event");
-  EventRecipe r;
-  r.event.kind = static_cast<TimedEventKind>(*type);
-  read_times(from, r.event);
-  if (from.accepts("anchor")) r.point = {from.vec_if("point"), from.vec_if("anchor")};
-  read_what(reading, from, r);
-  if (!read_object(from, r)) return std::nullopt;
-  return r;
+  const Reader from = reading.open(node, std::string(kEventNames[*type]) + "_event");
+  EventRecipe recipe;
+  const auto read = [&]<class... Kinds>(const std::variant<Kinds...>*) {
+    return read_kind_at<Kinds...>(*type, reading, from, recipe);
+  };
+  if (!read(static_cast<const EventKinds*>(nullptr))) return std::nullopt;
+  return recipe;
 }
 
 }  // namespace pantin::detail

@@ -6,7 +6,7 @@
 #include "engine/nurbs/check.hpp"
 #include "engine/nurbs/makers.hpp"
 #include "engine/nurbs/plane_curves.hpp"
-#include "engine/scene/read.hpp"
+#include "engine/scene/read_named.hpp"
 #include "engine/scene/surface_words.hpp"
 
 namespace pantin::detail {
@@ -32,29 +32,6 @@ struct Whole {
   }
 };
 
-nurbs::Affine placing_of(const Reader& from) {
-  const Vec3 scale = from.vec_or_number("scale");
-  nurbs::Affine by = nurbs::affine_of(from.pose());
-  for (int k = 0; k < 3; ++k) by.linear[k] *= scale[k];
-  return by;
-}
-
-bool is_placed(const Reader& from) {
-  for (std::string_view key : {"scale", "position", "rotation", "rotation_deg"})
-    if (from.has(key)) return true;
-  return false;
-}
-
-std::vector<Vec3> read_points(const Reader& from) {
-  std::vector<Vec3> points;
-  for (NodeId node : from.items("points")) {
-    Vec3 p(0);
-    from.numbers_at(node, {&p.x, 3}, kAnyNumber);
-    points.push_back(p);
-  }
-  return points;
-}
-
 std::vector<Real> read_list(const Reader& from, std::string_view key) {
   std::vector<Real> values(from.items(key).size());
   if (!values.empty()) from.numbers(key, values);
@@ -68,7 +45,7 @@ std::array<int, 2> read_degrees(const Reader& from, int otherwise) {
   from.numbers("degrees", degrees);
   const auto fits = [](Real d) { return d >= 0 && d <= kMostDegree && d == std::floor(d); };
   if (!fits(degrees[0]) || !fits(degrees[1])) {
-    from.diagnostics.error_value(from.find("degrees"), "two whole numbers from 0 to 1000");
+    from.error_value("degrees", "two whole numbers from 0 to 1000");
     return {otherwise, otherwise};
   }
   return {static_cast<int>(degrees[0]), static_cast<int>(degrees[1])};
@@ -80,29 +57,20 @@ std::vector<nurbs::Weighted> read_net(const Reader& from) {
   if (from.has("homogeneous")) {
     const std::vector<Real> all = read_list(from, "homogeneous");
     if (all.size() % 4 != 0)
-      from.diagnostics.error(from.find("homogeneous"), "found " + std::to_string(all.size()) +
-                                                           " numbers, expected four a point");
+      from.error("homogeneous",
+                 "found " + std::to_string(all.size()) + " numbers, expected four a point");
     for (std::size_t i = 0; i + 3 < all.size(); i += 4)
       net.emplace_back(all[i], all[i + 1], all[i + 2], all[i + 3]);
     return net;
   }
-  const std::vector<Vec3> points = read_points(from);
+  const std::vector<Vec3> points = from.points();
   const std::vector<Real> weights = read_list(from, "weights");
   if (from.has("weights") && weights.size() != points.size())
-    from.diagnostics.error(from.find("weights"),
-                           "found " + std::to_string(weights.size()) + " weights, expected " +
-                               std::to_string(points.size()) + ", one for each point");
+    from.error("weights", "found " + std::to_string(weights.size()) + " weights, expected " +
+                              std::to_string(points.size()) + ", one for each point");
   for (std::size_t i = 0; i < points.size(); ++i)
     net.emplace_back(points[i], i < weights.size() ? weights[i] : 1);
   return net;
-}
-
-/// Complains at the face of what its maker was given wrongly.
-template <class T>
-std::optional<T> kept(const Reader& from, Result<T> made) {
-  if (made) return std::move(*made);
-  for (const Error& e : made.errors()) from.diagnostics.error(from.node, e.message);
-  return std::nullopt;
 }
 
 // ---- Curves ------------------------------------------------------------------------------------
@@ -110,20 +78,20 @@ std::optional<T> kept(const Reader& from, Result<T> made) {
 /// Complaints about numbers, by where the curve stands.
 bool is_whole(const Reader& from, const nurbs::Curve& curve) {
   const std::vector<Error> errors = nurbs::errors_of(curve, "the curve");
-  for (const Error& e : errors) from.diagnostics.error(from.node, e.message);
+  for (const Error& e : errors) from.error(e.message);
   return errors.empty();
 }
 
 MaybeCurve outline_curve(const Reader& from) {
   const Whole whole{from};
-  const std::vector<Vec3> points = read_points(from);
+  const std::vector<Vec3> points = from.points();
   const Real rounding = from.number("rounding");
   for (std::size_t i = 0; i < points.size(); ++i)
     if (points[i].z != 0)
-      from.diagnostics.error(from.find("points"), "found point " + std::to_string(i) +
-                                                      " off the plane, expected z = 0 of all");
+      from.error("points",
+                 "found point " + std::to_string(i) + " off the plane, expected z = 0 of all");
   if (!whole.is_good()) return std::nullopt;
-  return kept(from, nurbs::rounded_polygon(points, rounding));
+  return from.kept(nurbs::rounded_polygon(points, rounding));
 }
 
 MaybeCurve joined_curve(const Reading& reading, const Reader& from) {
@@ -132,7 +100,7 @@ MaybeCurve joined_curve(const Reading& reading, const Reader& from) {
   for (const NodeId node : from.items("curves"))
     if (auto curve = read_curve(reading, node)) curves.push_back(std::move(*curve));
   if (!whole.is_good()) return std::nullopt;
-  return kept(from, nurbs::joined(curves));
+  return from.kept(nurbs::joined(curves));
 }
 
 MaybeCurve curve_of(const Reading& reading, CurveType type, const Reader& from) {
@@ -150,8 +118,7 @@ MaybeCurve curve_of(const Reading& reading, CurveType type, const Reader& from) 
       Real ends[2] = {0, 90};
       from.numbers("angles_deg", ends);
       if (!(ends[0] < ends[1] && ends[1] <= ends[0] + 360)) {
-        from.diagnostics.error_value(from.find("angles_deg"),
-                                     "the second angle above the first, by at most 360");
+        from.error_value("angles_deg", "the second angle above the first, by at most 360");
         return std::nullopt;
       }
       const Real radian = kPi / 180;
@@ -168,11 +135,11 @@ MaybeCurve curve_of(const Reading& reading, CurveType type, const Reader& from) 
       break;
     }
     case CurveType::interpolation: {
-      const std::vector<Vec3> points = read_points(from);
+      const std::vector<Vec3> points = from.points();
       const int degree = from.whole("degree");
       const auto ends = from.flag("closed") ? nurbs::Ends::periodic : nurbs::Ends::open;
       if (!whole.is_good()) return std::nullopt;
-      auto made = kept(from, nurbs::interpolated(points, degree, ends));
+      auto made = from.kept(nurbs::interpolated(points, degree, ends));
       if (!made) return std::nullopt;
       curve = std::move(*made);
       break;
@@ -205,7 +172,7 @@ MaybeFace cone_face(const Reader& from) {
   Real radii[2] = {1, 1};
   from.numbers("radii", radii);
   if (radii[0] == 0 && radii[1] == 0) {
-    from.diagnostics.error_value(from.find("radii"), "one of the radii above 0");
+    from.error_value("radii", "one of the radii above 0");
     return std::nullopt;
   }
   return nurbs::cone({}, {radii[0], radii[1]}, from.number("height", 1));
@@ -222,16 +189,15 @@ MaybeFace sweep_face(const Reading& reading, const Reader& from) {
 }
 
 MaybeFace interpolated_face(const Reader& from) {
-  const std::vector<Vec3> points = read_points(from);
+  const std::vector<Vec3> points = from.points();
   const int columns = from.whole("columns", 2);
   const auto degrees = read_degrees(from, 3);
   if (points.size() % static_cast<std::size_t>(columns) != 0) {
-    from.diagnostics.error(from.find("points"), "found " + std::to_string(points.size()) +
-                                                    " points, expected whole rows of " +
-                                                    std::to_string(columns));
+    from.error("points", "found " + std::to_string(points.size()) +
+                             " points, expected whole rows of " + std::to_string(columns));
     return std::nullopt;
   }
-  return kept(from, nurbs::interpolated(nurbs::PointGrid{points, columns}, degrees));
+  return from.kept(nurbs::interpolated(nurbs::PointGrid{points, columns}, degrees));
 }
 
 MaybeFace face_of(const Reading& reading, FaceType type, const Reader& from) {
@@ -284,7 +250,7 @@ std::optional<nurbs::Curve> read_curve(const Reading& reading, NodeId node) {
   auto curve = curve_of(reading, static_cast<CurveType>(*type), from);
   const nurbs::Affine by = placing_of(from);
   if (!curve || !whole.is_good() || !is_whole(from, *curve)) return std::nullopt;
-  return is_placed(from) ? nurbs::transformed(*curve, by) : *curve;
+  return from.has_any(kPlacing) ? nurbs::transformed(*curve, by) : *curve;
 }
 
 std::optional<nurbs::Surface> read_face(const Reading& reading, NodeId node) {
@@ -296,8 +262,24 @@ std::optional<nurbs::Surface> read_face(const Reading& reading, NodeId node) {
   const bool is_turned = from.flag("inside_out");
   const nurbs::Affine by = placing_of(from);
   if (!face || !whole.is_good()) return std::nullopt;
-  if (is_placed(from)) *face = nurbs::transformed(*face, by);
-  return is_turned ? nurbs::inside_out(*face) : *face;
+  if (from.has_any(kPlacing)) *face = nurbs::transformed(*face, by);
+  return is_turned ? turned(*face) : *face;
+}
+
+void read_curves(Reading& reading, const Reader& scene) {
+  read_named(reading, scene.items("curves"), reading.curve_of, read_curve);
+}
+
+std::optional<nurbs::Curve> read_own_curve(const Reading& reading, const Reader& side) {
+  const NodeId node = side.find("curve");
+  if (node == kNoNode) return std::nullopt;
+  const JsonNode& value = reading.json[node];
+  if (value.kind == JsonKind::object) return read_curve(reading, node);
+  if (value.kind == JsonKind::string)
+    if (const auto known = reading.curve_of.find(value.text); known != reading.curve_of.end())
+      return known->second;
+  refuse_unknown(reading, node, reading.curve_of, "the name of a curve, or a curve");
+  return std::nullopt;
 }
 
 }  // namespace pantin::detail

@@ -78,8 +78,8 @@ std::optional<MassProperties> weigh(const Reader& from, const std::vector<ShapeW
   const Vec3 moments = principal_inertia(whole.inertia).moments;
   if (whole.mass > 0 && std::isfinite(whole.mass) && is_possible_inertia(moments)) return whole;
   if (from.diagnostics.error_count() == refused_before)
-    from.diagnostics.error(from.node, "found a mass of " + written(whole.mass) +
-                                          " kg, expected shapes that make a finite mass above 0");
+    from.error("found a mass of " + written(whole.mass) +
+               " kg, expected shapes that make a finite mass above 0");
   return std::nullopt;
 }
 

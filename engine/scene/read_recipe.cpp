@@ -19,12 +19,13 @@ struct OpenGroup {
   void note(ElementKind kind, NodeId node) const { reading.places.add(number, kind, node); }
 
   /// Reads each item of an array; those that cannot be read are left out.
-  template <class T, class Read>
-  void read_all(const std::vector<NodeId>& nodes, ElementKind kind, Read read,
+  template <class T>
+  void read_all(const Reader& from, std::string_view key, ElementKind kind,
                 std::vector<T>& into) const {
+    const std::vector<NodeId> nodes = from.items(key);
     into.reserve(nodes.size());
     for (NodeId node : nodes)
-      if (auto item = read(reading, node)) {
+      if (auto item = read_object<T>(reading, node, from.row(key).object)) {
         into.push_back(std::move(*item));
         note(kind, node);
       }
@@ -36,8 +37,8 @@ void read_generators(const OpenGroup& open, const Reader& outer) {
   if (node == kNoNode) return;
   const Reader from = open.reading.open(node, "generators");
   Group& group = open.group;
-  open.read_all(from.items("grids"), ElementKind::grid, read_grid, group.grids);
-  open.read_all(from.items("mirrors"), ElementKind::mirror, read_mirror, group.mirrors);
+  open.read_all(from, "grids", ElementKind::grid, group.grids);
+  open.read_all(from, "mirrors", ElementKind::mirror, group.mirrors);
   for (NodeId item : from.items("chains")) {
     ChainRecipe chain = read_chain(open.reading, item);
     if (chain.links > 0) {
@@ -89,15 +90,25 @@ void check_names(const OpenGroup& open) {
   see(group.pins, ElementKind::pin, own);
 }
 
+/// The kinds that act on something in particular: "push, impulse ... or winch".
+std::string own_events() {
+  std::vector<std::string_view> names;
+  const auto add = [&]<class... Kinds>(const std::variant<Kinds...>*) {
+    ((kHasTarget<Kinds> ? names.push_back(Kinds::name) : void()), ...);
+  };
+  add(static_cast<const EventKinds*>(nullptr));
+  std::string all(names.front());
+  for (std::size_t i = 1; i < names.size(); ++i)
+    all += (i + 1 < names.size() ? ", " : " or ") + std::string(names[i]);
+  return all;
+}
+
 /// An event of a prefab's own things. Of a file that is a scene too, the others are left out.
 std::optional<EventRecipe> read_event_of_prefab(const Reading& reading, NodeId node) {
   std::optional<EventRecipe> event = read_event(reading, node);
   if (!event) return std::nullopt;
-  const TimedEventKind kind = event->event.kind;
-  if (kind != TimedEventKind::wind && kind != TimedEventKind::gravity &&
-      kind != TimedEventKind::solver)
-    return event;
-  const std::string name(kTimedEventNames[static_cast<std::size_t>(kind)]);
+  if (!event->member.empty()) return event;
+  const std::string name(name_of(event->event));
   const bool is_of_file = reading.json[reading.json[node].parent].parent == 0;
   if (is_of_file)
     reading.diagnostics.warn(
@@ -105,8 +116,7 @@ std::optional<EventRecipe> read_event_of_prefab(const Reading& reading, NodeId n
         "the event \"" + name + "\" is of the whole scene; in a prefab it is left out");
   else
     reading.diagnostics.error_value(reading.json.member(node, "type"),
-                                    "an event of the prefab's own things: push, impulse, pull, "
-                                    "cut, motor, drive or winch");
+                                    "an event of the prefab's own things: " + own_events());
   return std::nullopt;
 }
 
@@ -118,10 +128,10 @@ void add_bodies_of_laminas(const OpenGroup& open) {
     const std::size_t before = open.group.bodies.size();
     const NodeId node = reading.scene.lamina_nodes[i];
     if (!is_body((*scene.laminas)[i])) {
-      reading.diagnostics.warn(node, "lamina without a body",
-                               "lamina \"" + (*scene.laminas)[i].name +
-                                   "\" has no outline or no mass: only `pantin modes` knows it, "
-                                   "nothing moves it");
+      reading.diagnostics.warn(
+          node, "lamina without a body",
+          "lamina \"" + (*scene.laminas)[i].name +
+              "\" has no outline or no mass: only `pantin modes` knows it, nothing moves it");
       continue;
     }
     add_lamina_bodies((*scene.laminas)[i], reading.solver, {open.group.bodies, reading.materials});
@@ -135,25 +145,21 @@ void read_group(const OpenGroup& open, const Reader& from) {
   group.scope = open.reading.scope;
   open.reading.places.open_group(open.number, open.reading.file);
   open.note(ElementKind::group, from.node);
-  for (NodeId node : from.items("bodies")) {
-    BodyRecipe body = read_body(open.reading, node);
-    if (body.name.empty()) continue;
-    group.bodies.push_back(std::move(body));
-    open.note(ElementKind::body, node);
-  }
-  open.read_all(from.items("joints"), ElementKind::joint, read_joint, group.joints);
-  open.read_all(from.items("gears"), ElementKind::ratio, read_gear, group.gears);
-  open.read_all(from.items("belts"), ElementKind::belt, read_belt, group.belts);
-  open.read_all(from.items("surface_joints"), ElementKind::surface_joint, read_surface_joint,
-                group.surface_joints);
-  open.read_all(from.items("cables"), ElementKind::string, read_cable, group.cables);
-  open.read_all(from.items("pins"), ElementKind::pin, read_pin, group.pins);
-  open.read_all(from.items("paths"), ElementKind::drive, read_path, group.paths);
-  open.read_all(from.items("instances"), ElementKind::instance, read_instance, group.instances);
-  const auto read_own_event = [&](const Reading& reading, NodeId node) {
-    return open.number == 0 ? read_event(reading, node) : read_event_of_prefab(reading, node);
-  };
-  open.read_all(from.items("events"), ElementKind::event, read_own_event, group.events);
+  open.read_all(from, "bodies", ElementKind::body, group.bodies);
+  open.read_all(from, "joints", ElementKind::joint, group.joints);
+  open.read_all(from, "gears", ElementKind::ratio, group.gears);
+  open.read_all(from, "belts", ElementKind::belt, group.belts);
+  open.read_all(from, "surface_joints", ElementKind::surface_joint, group.surface_joints);
+  open.read_all(from, "cables", ElementKind::string, group.cables);
+  open.read_all(from, "pins", ElementKind::pin, group.pins);
+  open.read_all(from, "paths", ElementKind::drive, group.paths);
+  open.read_all(from, "instances", ElementKind::instance, group.instances);
+  for (NodeId node : from.items("events"))
+    if (auto event = open.number == 0 ? read_event(open.reading, node)
+                                      : read_event_of_prefab(open.reading, node)) {
+      group.events.push_back(std::move(*event));
+      open.note(ElementKind::event, node);
+    }
   read_generators(open, from);
   if (open.number == 0) add_bodies_of_laminas(open);
   check_names(open);
@@ -230,10 +236,7 @@ void read_materials(Reading& reading, const Reader& from) {
     const Reader item = reading.open(node, "material");
     if (!item.is_object()) continue;
     Material material;
-    material.name = item.name();
-    material.colour = item.colour("colour", material.colour);
-    material.roughness = item.number("roughness");
-    material.metallic = item.number("metallic");
+    read_rows(reading, item, material);
     if (!material.name.empty()) {
       const std::string_view name = reading.json[item.find("name")].text;
       const auto number = static_cast<std::uint32_t>(reading.materials.size());
@@ -245,56 +248,6 @@ void read_materials(Reading& reading, const Reader& from) {
     reading.materials.push_back(std::move(material));
     nodes.push_back(node);
   }
-}
-
-void read_camera(const Reading& reading, const Reader& outer, Camera& camera) {
-  const NodeId node = outer.find("camera");
-  if (node == kNoNode) return;
-  const Reader from = reading.open(node, "camera");
-  camera.eye = from.vec("eye", camera.eye);
-  camera.target = from.vec("target", camera.target);
-  if (camera.eye == camera.target)
-    reading.diagnostics.error(node, "found the eye at the target, expected two different places");
-  if (from.has("field_of_view_deg"))
-    camera.field_of_view = from.number("field_of_view_deg", 40) * (kPi / 180);
-  // A view with both ends given is kept as it is.
-  camera.automatic = from.flag("automatic", !(from.has("eye") && from.has("target")));
-}
-
-void read_light(const Reading& reading, const Reader& outer, Light& light) {
-  const NodeId node = outer.find("light");
-  if (node == kNoNode) return;
-  const Reader from = reading.open(node, "light");
-  light.direction = from.direction("direction", light.direction);
-  light.colour = from.colour("colour", light.colour);
-  light.strength = from.number("strength");
-  light.sky = from.colour("sky", light.sky);
-  light.ground = from.colour("ground", light.ground);
-}
-
-void read_ground(const Reading& reading, const Reader& outer, View& view) {
-  const NodeId node = outer.find("ground");
-  if (node == kNoNode) return;
-  if (reading.json[node].kind == JsonKind::boolean) {
-    view.ground = reading.json[node].boolean;
-    return;
-  }
-  const Reader from = reading.open(node, "ground");
-  view.ground = from.flag("visible");
-  view.ground_height = from.number("height");
-}
-
-void read_output(const Reading& reading, const Reader& outer, OutputDefaults& output) {
-  const NodeId node = outer.find("output");
-  if (node == kNoNode) return;
-  const Reader from = reading.open(node, "output");
-  Real size[2];
-  if (from.numbers("size", size)) {
-    output.width = static_cast<int>(size[0]), output.height = static_cast<int>(size[1]);
-    if (output.width != size[0] || output.height != size[1])
-      reading.diagnostics.error_value(from.find("size"), "whole numbers of pixels");
-  }
-  output.fps = from.number("fps");
 }
 
 void read_laminas(const Reading& reading, const Reader& from, Scene& scene) {
@@ -314,15 +267,13 @@ void read_laminas(const Reading& reading, const Reader& from, Scene& scene) {
   if (!all.empty()) scene.laminas = std::make_shared<const std::vector<LaminaPlan>>(std::move(all));
 }
 
-void read_head(const Reader& from, Scene& scene) {
+void read_head(const Reading& reading, const Reader& from, Recipe& recipe) {
   from.number("version");
   from.text("$schema", "");
-  scene.title = from.text("title", scene.title);
-  scene.world.gravity = from.vec("gravity");
-  scene.step = from.number("step");
-  scene.substeps = from.whole("substeps");
-  scene.duration = from.number("duration");
-  scene.drift_bound = from.number("drift_bound", 0);  // 0: as promised, see parse_whole()
+  Scene& scene = recipe.scene;
+  scene.drift_bound = 0;  // unless it is told: as promised, see parse_whole()
+  read_rows(reading, from, scene), read_rows(reading, from, scene.view);
+  read_rows(reading, from, recipe);
 }
 
 }  // namespace
@@ -380,14 +331,10 @@ Recipe read_recipe(SceneFiles& files, JsonPlaces& places, const SceneLimits& lim
   if (!from.is_object()) return recipe;
   whole.open_files.push_back(full_path(files.first().name));
   Scene& scene = recipe.scene;
-  read_head(from, scene);
-  recipe.plane = from.flag("plane");
-  if (const auto solver = read_solver(reading, from, reading.solver)) reading.solver = *solver;
+  read_head(reading, from, recipe);
+  if (const NodeId solver = from.find("solver"); solver != kNoNode)
+    read_members(reading, reading.open(solver, "solver"), reading.solver);
   scene.world.default_settings = reading.solver;
-  read_camera(reading, from, scene.view.camera);
-  read_light(reading, from, scene.view.light);
-  read_ground(reading, from, scene.view);
-  read_output(reading, from, scene.output);
   read_laminas(reading, from, scene);
   read_content(reading, from, 0);
   scene.files = files.names();

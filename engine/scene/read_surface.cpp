@@ -14,14 +14,6 @@ using SurfacePointer = std::shared_ptr<const Surface>;
 
 constexpr Real kSureVolume = 1e-6;  // relative: a doubt below it is not worth a warning
 
-/// Scaled, then rotated, then moved.
-nurbs::Affine placing_of(const Reader& from) {
-  const Vec3 scale = from.vec_or_number("scale");
-  nurbs::Affine by = nurbs::affine_of(from.pose());
-  for (int k = 0; k < 3; ++k) by.linear[k] *= scale[k];
-  return by;
-}
-
 /// How the skin is called in what is told of it.
 std::string called(const Reader& from) {
   const NodeId name = from.find("name");
@@ -67,34 +59,26 @@ bool check_face(const Reading& reading, NodeId node, const nurbs::Surface& face,
 /// A sphere or an ellipsoid that is alone and in its place has no poles.
 std::optional<Vec3> charts_of(const Reading& reading, const Reader& from,
                               const std::vector<NodeId>& faces) {
-  const auto is_placed = [](const Reader& r) {
-    for (std::string_view key : {"position", "rotation", "rotation_deg", "inside_out"})
-      if (r.has(key)) return true;
-    return false;
-  };
-  if (faces.size() != 1 || is_placed(from)) return std::nullopt;
+  constexpr std::string_view kMoving = "position rotation rotation_deg inside_out";
+  if (faces.size() != 1 || from.has_any(kMoving)) return std::nullopt;
   if (reading.json[faces[0]].kind != JsonKind::object) return std::nullopt;
   const NodeId type = reading.json.member(faces[0], "type");
   const std::string_view word = type == kNoNode ? "" : reading.json[type].text;
   if (word != "sphere" && word != "ellipsoid") return std::nullopt;
   const Reader face = reading.open(faces[0], std::string(word) + "_face");
-  if (is_placed(face)) return std::nullopt;
+  if (face.has_any(kMoving)) return std::nullopt;
   const Vec3 radii = word == "sphere" ? Vec3(face.number("radius", 1)) : face.vec("radii", Vec3(1));
   return from.vec_or_number("scale") * face.vec_or_number("scale") * radii;
 }
 
 SurfacePointer made_of(const Reader& from, std::shared_ptr<const nurbs::Skin> skin) {
-  auto made = make_skin(std::move(skin));
-  if (made) {
-    if (const Real doubt = (*made)->model->doubt; doubt > kSureVolume)
-      from.diagnostics.warn(
-          from.node, "volume",
-          called(from) + " folds so wildly that its volume is known to a share of " +
-              written(doubt) + " only: give the mass and the inertia of its bodies");
-    return *made;
-  }
-  for (const Error& e : made.errors()) from.diagnostics.error(from.node, e.message);
-  return nullptr;
+  const SurfacePointer made = from.kept(make_skin(std::move(skin))).value_or(nullptr);
+  if (made && made->model->doubt > kSureVolume)
+    from.diagnostics.warn(
+        from.node, "volume",
+        called(from) + " folds so wildly that its volume is known to a share of " +
+            written(made->model->doubt) + " only: give the mass and the inertia of its bodies");
+  return made;
 }
 
 SurfacePointer surface_of_faces(const Reading& reading, const Reader& from) {
@@ -112,14 +96,13 @@ SurfacePointer surface_of_faces(const Reading& reading, const Reader& from) {
     auto face = read_face(reading, nodes[i]);
     if (!face) continue;
     *face = nurbs::transformed(*face, by);
-    if (is_turned) *face = nurbs::inside_out(*face);
+    if (is_turned) *face = turned(*face);
     const std::string name = called(from) + ", face " + std::to_string(i);
     if (check_face(reading, nodes[i], *face, name)) faces.push_back(std::move(*face));
   }
   if (from.diagnostics.error_count() != refused_before) return nullptr;
   if (faces.empty()) {
-    if (from.has("faces") && nodes.empty())
-      from.diagnostics.error_value(from.find("faces"), "at least one face");
+    if (from.has("faces") && nodes.empty()) from.error_value("faces", "at least one face");
     return nullptr;
   }
   return made_of(from, std::make_shared<nurbs::Skin>(std::move(faces), tolerance));
@@ -132,9 +115,8 @@ SurfacePointer surface_of_file(const Reading& reading, NodeId at, const std::str
   const auto [known, is_new] = scene.surfaces.try_emplace({ShapeKind::nurbs, path});
   if (!is_new) {
     if (!known->second)
-      reading.diagnostics.error_value(at,
-                                      "another file: this one was refused above, or takes "
-                                      "itself in");
+      reading.diagnostics.error_value(
+          at, "another file: this one was refused above, or takes itself in");
     return known->second;
   }
   SceneFile* opened = scene.files.open(path, reading.file, at);
@@ -146,10 +128,7 @@ SurfacePointer surface_of_file(const Reading& reading, NodeId at, const std::str
 
 /// The same moved, where an object says more of it than the file.
 SurfacePointer placed(const Reader& from, const SurfacePointer& surface) {
-  bool is_placed = false;
-  for (std::string_view key : {"scale", "position", "rotation", "rotation_deg", "inside_out"})
-    is_placed = is_placed || from.has(key);
-  if (!is_placed || !surface) return surface;
+  if (!surface || !(from.has_any(kPlacing) || from.has("inside_out"))) return surface;
   std::vector<nurbs::Surface> faces;
   const nurbs::Skin& skin = *surface->skin;
   const nurbs::Affine by = placing_of(from);
@@ -167,6 +146,17 @@ SurfacePointer placed(const Reader& from, const SurfacePointer& surface) {
 }
 
 }  // namespace
+
+nurbs::Affine placing_of(const Reader& from) {
+  const Vec3 scale = from.vec_or_number("scale");
+  nurbs::Affine by = nurbs::affine_of(from.pose());
+  for (int k = 0; k < 3; ++k) by.linear[k] *= scale[k];
+  return by;
+}
+
+nurbs::Surface turned(const nurbs::Surface& face) {
+  return nurbs::errors_of(face, "").empty() ? nurbs::inside_out(face) : face;
+}
 
 SurfacePointer read_surface(const Reading& reading, NodeId node) {
   const Reader from = reading.open(node, "surface");

@@ -387,6 +387,15 @@ std::vector<NodeId> Reader::items(std::string_view key) const {
   return result;
 }
 
+std::vector<Vec3> Reader::points() const {
+  std::vector<Vec3> points;
+  for (const NodeId item : items("points")) {
+    Vec3& p = points.emplace_back(0);
+    numbers_at(item, {&p.x, 3}, kAnyNumber);
+  }
+  return points;
+}
+
 Quat from_degrees(Vec3 angles) {
   const Vec3 r = angles * (kPi / 180);
   return glm::normalize(from_rotation_vector({0, 0, r.z}) * from_rotation_vector({0, r.y, 0}) *

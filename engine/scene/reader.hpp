@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "engine/base/math.hpp"
@@ -42,11 +43,14 @@ class Reader {
   const NodeId node;
   bool is_object() const { return json[node].kind == JsonKind::object; }
 
+  std::span<const Key> keys() const { return set_.keys; }
   /// Whether objects of this kind may have the key at all.
   bool accepts(std::string_view key) const;
   /// The value of a key, or kNoNode. The key must be in the set.
   NodeId find(std::string_view key) const;
   bool has(std::string_view key) const { return find(key) != kNoNode; }
+  /// Any of several, words between spaces.
+  bool has_any(std::string_view keys) const;
   /// Whether the object itself has it, not its class.
   bool says(std::string_view key) const { return find_in(node, key) != kNoNode; }
   /// The same for a key that is needed here: "found no "a", expected ...". Of those that are
@@ -97,6 +101,29 @@ class Reader {
   /// The values of an array under a key; none if it is absent.
   std::vector<NodeId> items(std::string_view key) const;
 
+  /// The vectors in the array "points", wrong ones too, so that others keep their places.
+  std::vector<Vec3> points() const;
+
+  /// As of Diagnostics: at the object, at the value under a key, at the key itself.
+  void error(std::string message) const { diagnostics.error(node, std::move(message)); }
+  void error(std::string_view key, std::string message) const {
+    diagnostics.error(find(key), std::move(message));
+  }
+  void error_value(std::string_view key, std::string_view expected) const {
+    diagnostics.error_value(find(key), expected);
+  }
+  void error_at_key(std::string_view key, std::string message) const {
+    diagnostics.error_at_key(find(key), std::move(message));
+  }
+
+  /// What was made of the object; nothing after a complaint at it of why not.
+  template <class T>
+  std::optional<T> kept(Result<T> made) const {
+    if (made) return std::move(*made);
+    for (const Error& e : made.errors()) error(e.message);
+    return std::nullopt;
+  }
+
   /// The key's row of the table; the key must be in it.
   const Key& row(std::string_view key) const;
 
@@ -107,7 +134,6 @@ class Reader {
   void check_exclusive(std::string_view one, std::string_view other,
                        std::vector<NodeId>& told) const;
   void check_needs() const;
-  bool has_any(std::string_view keys) const;
   Vec3 default_of(std::string_view key) const;
   NodeId find_in(NodeId object, std::string_view key) const;
   NodeId find_inherited(std::string_view key) const;

@@ -3,6 +3,7 @@
 /// yet looked up. It knows no format and no file; errors of building are reported by element
 /// (build_messages.hpp), and the reader knows where in its file each of them stands.
 #include <array>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,9 +29,7 @@ struct BodyRecipe {
   BodyMassProperties mass_properties;
   Pose pose;  // of the body's own frame, in that of `parent`
   std::optional<std::string> parent{};
-  Vec3 velocity{0}, angular_velocity{0};
-  Real drag = 0, gravity_scale = 1;
-  Motion motion = Motion::dynamic;
+  Body body;  // its pose, mass and inertia follow from what stands above
   std::optional<SolverSettings> solver;
   std::optional<Collision> collision;
   bool is_lamina = false, is_finger = false;
@@ -80,8 +79,8 @@ struct GearRecipe {
   std::string first, second;                          // joints
   std::optional<bool> first_travels, second_travels;  // by default as the kind of joint
   Real ratio = 1;
-  std::optional<Real> offset;  // as written
-  bool in_degrees = false;
+  std::optional<Real> offset;  // rad or m
+  bool in_degrees = false;     // as the file says it
 };
 
 struct PulleyRecipe {
@@ -96,10 +95,10 @@ struct BeltRecipe {
   std::string name;
   std::vector<PulleyRecipe> pulleys;
   bool crossed = false;
-  Real pretension = 0, friction = 0, width = 0;
+  Real pretension = 0, friction = 0, width = 0.04;
   bool has_links = false;
-  int links = 0;  // 0: as many as fit
-  Real mass = 0;  // kg, of the links
+  int links = 0;    // 0: as many as fit
+  Real mass = 0.2;  // kg, of the links
   std::uint32_t material = 0;
 };
 
@@ -118,7 +117,7 @@ struct SurfaceJointRecipe {
   bool lifts = false;
   OnRim on_rim = OnRim::stop;
   std::optional<Real> friction;
-  std::optional<std::uint8_t> contacts;
+  std::optional<int> contacts;
 };
 
 struct GuideRecipe {
@@ -199,14 +198,15 @@ struct ChainRecipe {
 };
 
 struct EventRecipe {
-  TimedEvent event;    // without what it happens to
+  TimedEvent event{};  // without what it happens to
   std::string on;      // name of that; empty: of all
   std::string member;  // the key of that name: "body", "joint", "cable", "pin" or "gear"
   std::vector<std::string> bodies;
   PointRecipe point;
-  bool in_degrees = false;                  // the target of a motor
-  std::optional<Real> gain, damping, most;  // of a motor, a drive; absent: as before
+  bool in_degrees = false;  // the target of a motor
 };
+/// Of the numbers of a motor or drive that an event leaves as they are.
+inline constexpr Real kAsBefore = std::numeric_limits<Real>::quiet_NaN();
 
 /// Content of a prefab or of the scene itself. Names are unique in it.
 struct Group {

@@ -79,8 +79,14 @@ void detail::build_world(const BuiltScene& built, World& world) {
   const std::vector<Entity>* const lists[] = {nullptr, &entities, &links, &cables, &pins, &gears};
   for (const BuiltEvent& e : built.events) {
     TimedEvent event = e.event;
-    if (const auto* list = lists[static_cast<std::size_t>(e.object)]) event.on = (*list)[e.on];
-    for (const std::uint32_t body : e.bodies) event.bodies.push_back(entities[body]);
+    std::visit(
+        [&](auto& kind) {
+          const auto* list = lists[static_cast<std::size_t>(e.object)];
+          if (Entity* on = target_of(kind); on && list) *on = (*list)[e.on];
+          if constexpr (requires { kind.bodies; })
+            for (const std::uint32_t body : e.bodies) kind.bodies.push_back(entities[body]);
+        },
+        event.kind);
     add_event(world, event);
   }
 }

@@ -165,21 +165,22 @@ std::string value_of(const Key& key) {
   }
 }
 
-std::string default_of(const Key& key) {
-  List list;
-  for (int i = 0; i < 3; ++i)
-    if (key.count == 0 || i < key.count) list.add(number_text(key.defaults[i]));
+std::string written_default(const Key& key, const Vec3& value) {
   switch (key.type) {
     case ValueType::flag:
-      return key.defaults[0] != 0 ? "true" : "false";
+      return value.x != 0 ? "true" : "false";
     case ValueType::word:
-      return quoted(key.words[static_cast<std::size_t>(key.defaults[0])]);
+      return quoted(key.words[static_cast<std::size_t>(value.x)]);
     case ValueType::number:
     case ValueType::whole:
-      return number_text(key.defaults[0]);
+      return number_text(value.x);
     default:  // several numbers
-      return list.array();
+      break;
   }
+  List list;
+  for (int i = 0; i < 3; ++i)
+    if (key.count == 0 || i < key.count) list.add(number_text(value[i]));
+  return list.array();
 }
 
 std::string about(const Key& key) {
@@ -195,7 +196,7 @@ std::string property_of(const Key& key) {
   list.add(value.substr(1, value.size() - 2));
   if (key.is_never_zero) list.add("not", "{\"const\":0}");
   if (key.type == ValueType::direction) list.add("not", "{\"const\":[0,0,0]}");
-  if (key.has_default) list.add("default", default_of(key));
+  if (const auto x = default_of(key)) list.add("default", written_default(key, *x));
   if (const std::string words = about(key); !words.empty()) list.add("description", quoted(words));
   return list.object();
 }
@@ -336,7 +337,7 @@ std::string scene_schema() {
   defs.add("vector", array_of(number_of(kAnyNumber), 3));
   defs.add("shape", typed_schema({kShapeNames, "", "The kind of shape.",
                                   "A solid in the body's own frame."}));
-  defs.add("event", typed_schema({kTimedEventNames, "_event", "What happens.",
+  defs.add("event", typed_schema({kEventNames, "_event", "What happens.",
                                   "Something that is done to the scene while it runs."}));
   defs.add("face", typed_schema({kFaceTypes, "_face", "The kind of face.",
                                  "A face of a NURBS surface, u x v outwards."}));

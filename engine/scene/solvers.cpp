@@ -202,7 +202,7 @@ std::string unknown_to(const BuiltScene& built, Solver solver) {
 }
 
 bool feels_wind(const BuiltScene& built, const BuiltEvent& e) {
-  if (e.event.drag > 0) return true;
+  if (std::get<WindEvent>(e.event.kind).drag > 0) return true;
   const auto drags = [&](std::uint32_t body) {
     return built.is_dynamic(body) && built.bodies[body].body.drag > 0;
   };
@@ -226,25 +226,26 @@ void check_events(const BuiltScene& built, const std::vector<Solver>& solvers,
                        "found " + what + " solved by \"" + name_of(here) +
                            "\", expected the solver " + knowing(feature));
     };
-    if (e.event.kind == TimedEventKind::motor)
+    if (std::holds_alternative<MotorEvent>(e.event.kind))
       error("joint", "a motor of joint \"" + built.joints[e.on].name + "\"", Feature::motor);
-    if (e.event.kind == TimedEventKind::pull && e.event.stiffness > 0)
+    if (const auto* pull = std::get_if<PullEvent>(&e.event.kind); pull && pull->stiffness > 0)
       error("stiffness", "a hand that gives way", Feature::spring_pin);
-    if (e.event.kind != TimedEventKind::solver) continue;
-    if (const std::string what = unknown_to(built, e.event.solver); !what.empty())
+    const auto* other = std::get_if<SolverEvent>(&e.event.kind);
+    if (!other) continue;
+    if (const std::string what = unknown_to(built, other->solver); !what.empty())
       messages.error(e.at, "solver",
-                     "found \"" + std::string(name_of(e.event.solver)) +
+                     "found \"" + std::string(name_of(other->solver)) +
                          "\", expected a solver that knows " + what);
   }
 }
 
 void warn_of_events(const BuiltScene& built, Real duration, BuildMessages& messages) {
   for (const BuiltEvent& e : built.events) {
-    if (e.event.from >= duration)
+    if (const Real start = start_of(e.event); start >= duration)
       messages.warn(e.at, "late",
-                    "event at " + written(e.event.from) +
-                        " s comes after the end of the scene at " + written(duration) + " s");
-    if (e.event.kind == TimedEventKind::wind && !feels_wind(built, e))
+                    "event at " + written(start) + " s comes after the end of the scene at " +
+                        written(duration) + " s");
+    if (std::holds_alternative<WindEvent>(e.event.kind) && !feels_wind(built, e))
       messages.warn(e.at, "calm",
                     "no body has drag, so nothing feels this wind; give them or it a \"drag\"");
   }

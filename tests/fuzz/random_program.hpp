@@ -15,6 +15,7 @@
 
 #include "engine/base/invariants.hpp"
 #include "engine/runtime/save.hpp"
+#include "tests/fuzz/random_event.hpp"
 
 namespace pantin::test::random_program {
 
@@ -258,18 +259,8 @@ class Program {
   }
 
   void add_event(World& world) {
-    TimedEvent event;
-    event.kind = static_cast<TimedEventKind>(bytes_.pick(10));
-    event.on = thing();
-    event.from = bytes_.chance(8) ? bytes_.number() : bytes_.positive() / 4;
-    event.to = bytes_.chance(3) ? bytes_.number() : 1e300;
-    if (bytes_.chance(4)) event.every = bytes_.number();
-    if (bytes_.chance(4)) event.over = bytes_.number();
-    event.force = bytes_.numbers(), event.impulse = bytes_.place(), event.velocity = bytes_.place();
-    event.target = bytes_.place(), event.length = bytes_.number();
-    if (bytes_.chance(3)) event.stiffness = bytes_.number();
-    event.solver = static_cast<Solver>(bytes_.pick(7));
-    add(world, event);
+    add_random_event(
+        bytes_, [&] { return thing(); }, [&](const auto& e) { add(world, e); });
   }
 
   /// No program is merely slow.

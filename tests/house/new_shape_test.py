@@ -103,7 +103,9 @@ class NewShape(unittest.TestCase):
 
     def test_is_described_like_the_others(self):
         described = json.loads(re.search(r"^schema (.*)$", self.output, re.M)[1])
-        self.assertEqual(described["required"], ["type", "radius", "length"])
+        self.assertEqual(described["required"], ["type", "radius"])
+        self.assertIn({"anyOf": [{"required": [key]} for key in ("length", "from", "to")]},
+                      described["allOf"])
         self.assertIn("density", described["properties"])
         self.assertIn("rotation_deg", described["properties"])
 

@@ -11,7 +11,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).parents[2]
 COPIED = ["CMakeLists.txt", "engine", "tools/package", "tests/contract/joint_kinds_test.cpp",
-          "tests/contract/path_kinds_test.cpp", "tests/catch3",
+          "tests/contract/path_kinds_test.cpp", "tests/contract/event_kinds_test.cpp", "tests/catch3",
           "tests/base/random.hpp", "tests/joints/equations.hpp"]
 LEFT_OUT = "-DPANTIN_{}=OFF"
 
@@ -19,6 +19,8 @@ GUIDES = {
     "## Add a joint in ten minutes": ["engine/joints/ring.hpp", "engine/joints/kinds.hpp"],
     "## Add a path for kinematic bodies": [
         "engine/world/paths/circle.hpp", "engine/world/kinematic_path.hpp"],
+    "## Add a timed event": [
+        "engine/world/events/place.hpp", "engine/world/timed_event.hpp"],
     "## Add an integrator of the exact solver": [
         "engine/solvers/lagrangian/midpoint.cpp", "engine/world/integrators.hpp"],
 }
@@ -27,6 +29,10 @@ PROGRAM = r"""
 #include <cmath>
 #include <cstdio>
 #include <string>
+
+#include <pantin/events.hpp>
+#include <pantin/joints.hpp>
+#include <pantin/shapes.hpp>
 
 #include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
@@ -68,11 +74,58 @@ int try_path(const char* file) {
   return 0;
 }
 
+/// A body to which a new kind of event happens.
+int try_event(const char* file) {
+  const auto scene = load_scene(file);
+  if (!scene) return std::printf("%s\n", scene.errors().front().message.c_str()), 1;
+  REQUIRE(scene->warnings.empty());
+  World world = scene->world;
+  REQUIRE(world.add(PlaceEvent{.body = world.find("ball"), .position = {5, 0, 0}, .at = 0.75}));
+  REQUIRE(!world.add(PlaceEvent{.position = {5, 0, 0}}));
+  Simulation simulation(std::move(world), {1.0 / 64});
+  const auto run_to = [&](Real end) {
+    while (simulation.world.time < end) simulation.step();
+    return simulation.world.bodies.values()[0].pose.position;
+  };
+  REQUIRE(glm::length(run_to(0.5) - Vec3(0.5, 0, 0)) < 1e-9);
+  REQUIRE(glm::length(run_to(0.7) - Vec3(0, 2, 0)) < 1e-9);
+  REQUIRE(glm::length(run_to(1) - Vec3(5, 0, 0)) < 1e-9);
+  REQUIRE(detail::scene_schema().find("A body is set down elsewhere, at rest.") != std::string::npos);
+  const auto refused = parse_scene(R"({"version": 1, "bodies": [{"name": "b", "shape": {"type": "sphere", "radius": 1}}],
+    "events": [{"type": "place", "body": "b", "at": -1}]})", "r.json");
+  REQUIRE(!refused && refused.errors().size() == 2);
+  REQUIRE(refused.errors()[0].message.find("found no \"position\", expected the place where it comes to") != std::string::npos);
+  REQUIRE(refused.errors()[1].message.find("/events/0/at: found -1") != std::string::npos);
+  return 0;
+}
+
+/// The bead of a scene, added by a program.
+int try_any_joint(const World& from_file) {
+  World world = from_file;
+  const Entity bead = world.bodies.owners()[0];
+  world.destroy(world.links.owners()[0]);
+  const auto wall = world.add(RigidBody{.motion = Motion::fixed});
+  REQUIRE(wall);
+  AnyJoint ring{.kind = "ring", .a = *wall, .b = bead, .anchor_b = Vec3(0.3, 0, 0), .axis = {0, 0, 1}};
+  const auto refused = world.add(ring);
+  REQUIRE(!refused && refused.errors().front().message == "AnyJoint: radius: found none, expected how large the ring is, in m");
+  ring.parameters = {{"radius", 0.3}};
+  REQUIRE(world.add(ring));
+  Simulation simulation(std::move(world), {1.0 / 240});
+  for (int i = 0; i < 240; ++i) {
+    REQUIRE(simulation.step().status == Status::ok);
+    const Vec3 at = simulation.world.bodies[bead].pose.position;
+    REQUIRE(std::abs(glm::length(at) - 0.3) < 1e-9 && std::abs(at.z) < 1e-9);
+  }
+  return 0;
+}
+
 int main(int, char** arguments) {
-  if (try_path(arguments[2]) != 0) return 1;
+  if (try_path(arguments[2]) != 0 || try_event(arguments[3]) != 0) return 1;
   const auto scene = load_scene(arguments[1]);
   if (!scene) return std::printf("%s\n", scene.errors().front().message.c_str()), 1;
   REQUIRE(scene->warnings.empty());
+  if (try_any_joint(scene->world) != 0) return 1;
   const Joint joint = scene->world.links.values()[0].joint;
   REQUIRE(std::string(name_of(joint.kind)) == "ring");
   REQUIRE(joint.kind == JointKind::ring && row_count(joint) == 2 && degrees_of_freedom(joint.kind) == 4);
@@ -120,7 +173,7 @@ target_link_libraries(tried PRIVATE pantin_scene)
 if(TARGET Catch2::Catch2)
   file(WRITE ${PROJECT_BINARY_DIR}/main.cpp "#define CATCH_CONFIG_MAIN\\n#include <catch2/catch.hpp>\\n")
   add_executable(contract ${PROJECT_BINARY_DIR}/main.cpp tests/contract/joint_kinds_test.cpp
-                 tests/contract/path_kinds_test.cpp)
+                 tests/contract/path_kinds_test.cpp tests/contract/event_kinds_test.cpp)
   target_link_libraries(contract PRIVATE pantin_core Catch2::Catch2)
   if(Catch2_VERSION VERSION_GREATER_EQUAL 3)
     target_include_directories(contract SYSTEM PRIVATE tests/catch3)
@@ -195,7 +248,7 @@ class NewThings(unittest.TestCase):
                        *[LEFT_OUT.format(f) for f in ("RENDER", "PROGRAM", "VIEW", "DEMOS", "TESTS")])
         self.run_there("cmake", "--build", "built", "--parallel", str(os.cpu_count() or 1))
         print(self.run_there("built/tried", "assets/scenes/ring.json",
-                             "assets/scenes/circle.json"), end="")
+                             "assets/scenes/circle.json", "assets/scenes/place.json"), end="")
         if (self.there / "built/contract").exists():
             print(self.run_there("built/contract").strip().splitlines()[-1])
 

@@ -87,8 +87,7 @@ TEST_CASE("A blow on one of several jointed bodies moves them as an event's does
     const Vec3 point = world.bodies[chain.links[3]].pose.position;
     Simulation by_call = Simulation::copy_of(world, {kStep}), by_event(std::move(world), {kStep});
     REQUIRE(impulse(by_call.world, chain.links[3], {0.02, 0, 0}, point));
-    REQUIRE(by_event.world.add(TimedEvent{
-        .kind = TimedEventKind::impulse, .on = chain.links[3], .impulse = {0.02, 0, 0}}));
+    REQUIRE(by_event.world.add(ImpulseEvent{.body = chain.links[3], .impulse = {0.02, 0, 0}}));
     run(by_call, 50), run(by_event, 50);
     for (const Entity e : chain.links)
       CHECK(by_call.world.bodies[e].pose.position == by_event.world.bodies[e].pose.position);

@@ -153,11 +153,10 @@ TEST_CASE("a step of planar linkages, belts and curves that nothing can touch al
 TEST_CASE("timed events that act and change numbers allocate nothing") {
   World world = hung_chain(10).world;
   const Entity first = world.bodies.owners()[1], last = world.bodies.owners()[10];
-  const auto add = [&](const TimedEvent& event) { add_event(world, event); };
-  add({.on = last, .from = 0.2, .to = 3, .every = 0, .force = {0.5, 0, 0}});
-  add({.kind = TimedEventKind::impulse, .on = first, .every = 0.1, .impulse = {0, 0, 0.01}});
-  add({.kind = TimedEventKind::wind, .velocity = {1, 0, 0}, .gusts = Vec3(1)});
-  add({.kind = TimedEventKind::gravity, .from = 1, .over = 2, .gravity = {0, 0, -5}});
+  add_event(world, {PushEvent{.body = last, .force = {0.5, 0, 0}, .from = 0.2, .to = 3}});
+  add_event(world, {ImpulseEvent{.body = first, .impulse = {0, 0, 0.01}, .every = 0.1}});
+  add_event(world, {WindEvent{.velocity = {1, 0, 0}, .gusts = Vec3(1)}});
+  add_event(world, {GravityEvent{.gravity = {0, 0, -5}, .at = 1, .over = 2}});
   Simulation simulation(std::move(world));
   allocations_in(simulation, 3);
   CHECK(allocations_in(simulation, 240) == 0);

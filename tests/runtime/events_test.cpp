@@ -13,8 +13,6 @@ using namespace pantin::detail;
 
 namespace {
 
-using Kind = TimedEventKind;
-
 /// A World without gravity, in which a ball of 2 kg without drag is at the origin.
 struct Space {
   World world;
@@ -75,11 +73,11 @@ struct Wheel {
 
 TEST_CASE("A push gives the same impulse at any step") {
   Space space;
-  REQUIRE(space.world.add(TimedEvent{.on = space.ball,
-                                     .from = 0.123,
-                                     .to = 0.456,
-                                     .force = {10, 0, -4},
-                                     .torque = {0, 0.001, 0}}));
+  REQUIRE(space.world.add(PushEvent{.body = space.ball,
+                                    .force = {10, 0, -4},
+                                    .torque = {0, 0.001, 0},
+                                    .from = 0.123,
+                                    .to = 0.456}));
   for (const auto& [h, substeps] : kSteps) {
     CAPTURE(h, substeps);
     const Simulation sim = run(space.world, h, 2, substeps);
@@ -94,7 +92,7 @@ TEST_CASE("A push gives the same impulse at any step") {
 TEST_CASE("A push that starts again and again acts as often as it has to") {
   Space space;
   REQUIRE(space.world.add(
-      TimedEvent{.on = space.ball, .from = 0.1, .to = 0.15, .every = 0.3, .force = {4, 0, 0}}));
+      PushEvent{.body = space.ball, .force = {4, 0, 0}, .from = 0.1, .to = 0.15, .every = 0.3}));
   for (const auto& [h, substeps] : kSteps) {
     CAPTURE(h, substeps);
     // At 0.1, 0.4, 0.7 and 1.0 s.
@@ -107,11 +105,8 @@ TEST_CASE("An impulse is what it says, at any step, off the centre too") {
   for (const Solver solver : {Solver::articulated, Solver::lagrangian}) {
     Space space;
     space.world.default_settings.solver = solver;
-    REQUIRE(space.world.add(TimedEvent{.kind = Kind::impulse,
-                                       .on = space.ball,
-                                       .from = 0.3,
-                                       .anchor = {0, 0.1, 0},
-                                       .impulse = {0, 0, 0.01}}));
+    REQUIRE(space.world.add(ImpulseEvent{
+        .body = space.ball, .impulse = {0, 0, 0.01}, .anchor = {0, 0.1, 0}, .at = 0.3}));
     for (const auto& [h, substeps] : kSteps) {
       CAPTURE(h, substeps, name_of(solver));
       const Simulation sim = run(space.world, h, 2, substeps);
@@ -124,8 +119,8 @@ TEST_CASE("An impulse is what it says, at any step, off the centre too") {
 
 TEST_CASE("Impulses that repeat are not lost in long steps") {
   Space space;
-  REQUIRE(space.world.add(
-      TimedEvent{.kind = Kind::impulse, .on = space.ball, .every = 0.01, .impulse = {0.01, 0, 0}}));
+  REQUIRE(
+      space.world.add(ImpulseEvent{.body = space.ball, .impulse = {0.01, 0, 0}, .every = 0.01}));
   for (const auto& [h, substeps] : kSteps) {
     CAPTURE(h, substeps);
     const Simulation sim = run(space.world, h, 1, substeps);
@@ -139,8 +134,7 @@ TEST_CASE("Wind takes bodies along until they go with the air") {
     Space space;
     World& world = space.world;
     world.bodies[space.ball].drag = own < 0 ? 2 : 0;
-    REQUIRE(
-        world.add(TimedEvent{.kind = Kind::wind, .to = 1e300, .velocity = {3, 0, 0}, .drag = own}));
+    REQUIRE(world.add(WindEvent{.velocity = {3, 0, 0}, .drag = own, .to = 1e300}));
     for (const Real h : {0.01, 1.0}) {
       CAPTURE(own, h);
       const Simulation sim = run(world, h, 20);
@@ -170,8 +164,8 @@ TEST_CASE("Gusts follow from their seed, whatever the step") {
   CHECK(std::abs(sum) < 0.05);
 
   Space space;
-  REQUIRE(space.world.add(TimedEvent{
-      .kind = Kind::wind, .from = 0.1, .to = 3.3, .gusts = Vec3(2), .seed = 5, .drag = 1e-6}));
+  REQUIRE(space.world.add(
+      WindEvent{.gusts = Vec3(2), .seed = 5, .drag = 1e-6, .from = 0.1, .to = 3.3}));
   Vec3 first(0);
   for (const auto& [h, substeps] : kSteps) {
     CAPTURE(h, substeps);
@@ -187,13 +181,12 @@ TEST_CASE("A hand takes a body to a place, holds it there and lets go") {
     CAPTURE(stiffness);
     World world;
     const Entity ball = world.add(RigidBody{.shape = SphereShape{0.1}, .mass = 2}).value();
-    REQUIRE(world.add(TimedEvent{.kind = Kind::pull,
-                                 .on = ball,
-                                 .to = 2.5,
-                                 .over = 1,
-                                 .target = {1, 2, 0},
-                                 .stiffness = stiffness,
-                                 .damping = 40}));
+    REQUIRE(world.add(PullEvent{.body = ball,
+                                .target = {1, 2, 0},
+                                .stiffness = stiffness,
+                                .damping = 40,
+                                .to = 2.5,
+                                .over = 1}));
     Simulation sim = run(world, 1.0 / 120, 2.5);
     const Real sag = stiffness > 0 ? 2 * 9.81 / stiffness : 0;
     const Vec3 off = sim.world.bodies[ball].pose.position - Vec3(1, 2 - sag, 0);
@@ -213,8 +206,8 @@ TEST_CASE("What is cut is gone at its time, in the order of the times") {
   const Entity joint = world.add(BallJoint{.a = wall, .b = rod}).value();
   const Entity pin = world.add(PinConstraint{.body = rod, .point = {0.5, 0, 0}}).value();
   // Added in the other order.
-  REQUIRE(world.add(TimedEvent{.kind = Kind::cut, .on = joint, .from = 1}));
-  REQUIRE(world.add(TimedEvent{.kind = Kind::cut, .on = pin, .from = 0.5}));
+  REQUIRE(world.add(CutEvent{.tie = joint, .at = 1}));
+  REQUIRE(world.add(CutEvent{.tie = pin, .at = 0.5}));
   Simulation sim = run(world, 1.0 / 60, 0.5);
   CHECK(sim.world.pins.size() == 1);
   sim.step();
@@ -224,7 +217,7 @@ TEST_CASE("What is cut is gone at its time, in the order of the times") {
   sim.step();
   CHECK(sim.world.links.empty());
   // Twice the same is no harm; nor is what was destroyed meanwhile.
-  CHECK_FALSE(sim.world.add(TimedEvent{.kind = Kind::cut, .on = rod, .from = 9}));
+  CHECK_FALSE(sim.world.add(CutEvent{.tie = rod, .at = 9}));
   CHECK(sim.step().status == Status::ok);
 }
 
@@ -236,8 +229,8 @@ TEST_CASE("A winch lifts a load by as much as it takes in, and lets it down agai
       lift.world.default_settings.solver = solver;
       if (compliance > 0) lift.world.bodies[lift.load].drag = 5;  // it starts unstretched
       for (const auto& [from, length] : {std::pair<Real, Real>{0.5, 0.8}, {4, 1.5}})
-        REQUIRE(lift.world.add(TimedEvent{
-            .kind = Kind::winch, .on = lift.cable, .from = from, .over = 2, .length = length}));
+        REQUIRE(lift.world.add(
+            WinchEvent{.cable = lift.cable, .length = length, .at = from, .over = 2}));
       Simulation sim = run(lift.world, 1.0 / 60, 3);
       const Real sag = compliance * 3 * 9.81;
       CHECK(sim.world.bodies[lift.load].pose.position.y == Approx(-0.8 - sag).margin(6e-3));
@@ -254,9 +247,8 @@ TEST_CASE("Gravity changes at once or slowly, and the energy account with it") {
     World& world = space.world;
     world.default_settings.solver = solver;
     world.bodies[space.ball].pose.position.y = 100;
-    REQUIRE(world.add(TimedEvent{.kind = Kind::gravity, .from = 0.5, .gravity = {0, 8, 0}}));
-    REQUIRE(
-        world.add(TimedEvent{.kind = Kind::gravity, .from = 1, .over = 2, .gravity = {0, 0, -4}}));
+    REQUIRE(world.add(GravityEvent{.gravity = {0, 8, 0}, .at = 0.5}));
+    REQUIRE(world.add(GravityEvent{.gravity = {0, 0, -4}, .at = 1, .over = 2}));
     const Simulation sim = run(world, 1.0 / 64, 4);
     // 8 for half a second, half of 8 and half of -4 for two, -4 for one.
     const Vec3 v = space.body(sim.world).velocity;
@@ -273,7 +265,7 @@ TEST_CASE("Gravity changes at once or slowly, and the energy account with it") {
               .shape = SphereShape{0.05}, .mass = 1, .position = {0.5, -0.5, 0}, .drag = 0})
           .value();
   REQUIRE(world.add(BallJoint{.a = wall, .b = bob}));
-  REQUIRE(world.add(TimedEvent{.kind = Kind::gravity, .from = 2, .gravity = {0, 9.81, 0}}));
+  REQUIRE(world.add(GravityEvent{.gravity = {0, 9.81, 0}, .at = 2}));
   Simulation sim = run(world, 1.0 / 240, 2);
   sim.step();
   const Real energy = measure(sim.world).energy();
@@ -290,8 +282,8 @@ TEST_CASE("A motor gets another speed, another law and is turned off") {
     CAPTURE(name_of(solver));
     Wheel wheel(solver);
     const auto at = [&](Real from, Real over, JointMotor motor) {
-      REQUIRE(wheel.world.add(TimedEvent{
-          .kind = Kind::motor, .on = wheel.hinge, .from = from, .over = over, .motor = motor}));
+      REQUIRE(wheel.world.add(
+          MotorEvent{.joint = wheel.hinge, .motor = motor, .at = from, .over = over}));
     };
     at(0.5, 0, {.kind = MotorKind::velocity, .target = 2, .gain = 50});
     at(1.5, 1, {.kind = MotorKind::velocity, .target = -4, .gain = 50});
@@ -317,7 +309,7 @@ TEST_CASE("Another solver takes over with the motion there is") {
   const Entity bob =
       world.add(RigidBody{.shape = SphereShape{0.05}, .position = {1, 0, 0}, .drag = 0}).value();
   REQUIRE(world.add(BallJoint{.a = wall, .b = bob}));
-  REQUIRE(world.add(TimedEvent{.kind = Kind::solver, .from = 0.4, .solver = Solver::lagrangian}));
+  REQUIRE(world.add(SolverEvent{.solver = Solver::lagrangian, .at = 0.4}));
   Simulation sim = run(world, 1.0 / 240, 0.4);
   const Real before = measure(sim.world).energy(),
              speed = glm::length(sim.world.bodies[bob].velocity);
@@ -333,15 +325,13 @@ TEST_CASE("A run with events goes on from a file and from a copy with the same b
   World& world = lift.world;
   const Entity ball =
       world.add(RigidBody{.shape = SphereShape{0.1}, .position = {3, 0, 0}}).value();
-  REQUIRE(world.add(TimedEvent{.on = lift.load, .from = 0.2, .to = 1.1, .force = {5, 0, 1}}));
-  REQUIRE(world.add(TimedEvent{.kind = Kind::wind, .velocity = {1, 0, 0}, .gusts = Vec3(1)}));
-  REQUIRE(world.add(TimedEvent{
-      .kind = Kind::pull, .on = ball, .from = 0.3, .to = 1.2, .over = 0.5, .target = {3, 1, 0}}));
-  REQUIRE(world.add(
-      TimedEvent{.kind = Kind::winch, .on = lift.cable, .from = 0.1, .over = 1, .length = 1}));
+  REQUIRE(world.add(PushEvent{.body = lift.load, .force = {5, 0, 1}, .from = 0.2, .to = 1.1}));
+  REQUIRE(world.add(WindEvent{.velocity = {1, 0, 0}, .gusts = Vec3(1)}));
   REQUIRE(
-      world.add(TimedEvent{.kind = Kind::impulse, .on = ball, .every = 0.4, .impulse = {0, 0, 1}}));
-  REQUIRE(world.add(TimedEvent{.kind = Kind::cut, .on = lift.cable, .from = 1.3}));
+      world.add(PullEvent{.body = ball, .target = {3, 1, 0}, .from = 0.3, .to = 1.2, .over = 0.5}));
+  REQUIRE(world.add(WinchEvent{.cable = lift.cable, .length = 1, .at = 0.1, .over = 1}));
+  REQUIRE(world.add(ImpulseEvent{.body = ball, .impulse = {0, 0, 1}, .every = 0.4}));
+  REQUIRE(world.add(CutEvent{.tie = lift.cable, .at = 1.3}));
   const std::uint64_t whole = state_hash(run(world, 1.0 / 60, 2).world);
   for (const Real half : {0.05, 0.5, 1.25, 1.5}) {
     CAPTURE(half);
@@ -365,12 +355,11 @@ TEST_CASE("A hand that cannot get there opens no joint") {
     const Chain chain =
         build_chain(world, {.from = {0, 0, 0}, .to = {1, 0, 0}, .links = 10, .start = wall})
             .value();
-    REQUIRE(world.add(TimedEvent{.kind = Kind::pull,
-                                 .on = chain.links.back(),
-                                 .from = 0.2,
-                                 .over = 0.5,
-                                 .target = {0, 3, 0},
-                                 .stiffness = stiffness}));
+    REQUIRE(world.add(PullEvent{.body = chain.links.back(),
+                                .target = {0, 3, 0},
+                                .stiffness = stiffness,
+                                .from = 0.2,
+                                .over = 0.5}));
     Simulation sim = Simulation::copy_of(world);
     sim.settings.measure = true;
     Real worst = 0;
@@ -384,17 +373,16 @@ TEST_CASE("What sleeps is woken by an event") {
   using Change = std::function<TimedEvent(Entity)>;
   const Change changes[] = {
       [](Entity box) {
-        return TimedEvent{.on = box, .from = 4, .to = 4.2, .force = {0, 300, 0}};
+        return TimedEvent{PushEvent{.body = box, .force = {0, 300, 0}, .from = 4, .to = 4.2}};
       },
       [](Entity box) {
-        return TimedEvent{.kind = Kind::impulse, .on = box, .from = 4, .impulse = {0, 50, 0}};
+        return TimedEvent{ImpulseEvent{.body = box, .impulse = {0, 50, 0}, .at = 4}};
       },
       [](Entity) {
-        return TimedEvent{.kind = Kind::gravity, .from = 4, .gravity = {0, 5, 0}};
+        return TimedEvent{GravityEvent{.gravity = {0, 5, 0}, .at = 4}};
       },
       [](Entity box) {
-        return TimedEvent{
-            .kind = Kind::pull, .on = box, .from = 4, .over = 0.3, .target = {0, 2, 0}};
+        return TimedEvent{PullEvent{.body = box, .target = {0, 2, 0}, .from = 4, .over = 0.3}};
       }};
   for (const Change& change : changes) {
     World world;
@@ -427,7 +415,7 @@ TEST_CASE("Events that are past leave no trace in the accuracy") {
     const Entity ball =
         world.add(RigidBody{.shape = SphereShape{0.1}, .position = {5, 0, 0}, .drag = 0}).value();
     REQUIRE(world.add(BallJoint{.a = wall, .b = bob}));
-    if (pushed) REQUIRE(world.add(TimedEvent{.on = ball, .to = 0.1, .force = {1, 0, 0}}));
+    if (pushed) REQUIRE(world.add(PushEvent{.body = ball, .force = {1, 0, 0}, .to = 0.1}));
     return run(world, 1.0 / 60, 3).world.bodies[bob].pose.position;
   };
   CHECK(drift(true) == drift(false));
@@ -437,27 +425,27 @@ TEST_CASE("Events that cannot be meant are refused with a line") {
   Space space;
   World& world = space.world;
   const Entity wall = world.add(RigidBody{.motion = Motion::fixed}).value();
-  const auto refused = [&](const TimedEvent& event, const std::string& word) {
+  const auto refused = [&](const auto& event, const std::string& word) {
     const auto added = world.add(event);
     REQUIRE_FALSE(added);
     CAPTURE(added.errors().front().message);
     CHECK(added.errors().front().message.find(word) != std::string::npos);
   };
   const Real nan = std::nan("");
-  refused({.on = wall}, "dynamic");
-  refused({}, "on");
-  refused({.on = space.ball, .from = -1}, "from");
-  refused({.on = space.ball, .from = nan}, "from");
-  refused({.on = space.ball, .from = 2, .to = 1}, "to");
-  refused({.on = space.ball, .to = nan}, "to");
-  refused({.on = space.ball, .to = 1, .every = 0.5}, "every");
-  refused({.on = space.ball, .to = 1e-9, .every = 1e-6}, "every");
-  refused({.on = space.ball, .force = Vec3(nan)}, "finite");
-  refused({.kind = Kind::cut, .on = space.ball}, "joint");
-  refused({.kind = Kind::winch, .on = space.ball}, "cable");
-  refused({.kind = Kind::drive, .on = space.ball}, "drive");
-  refused({.kind = Kind::motor, .on = space.ball}, "joint");
-  refused({.kind = Kind::wind, .gust_time = 0}, "gust_time");
-  refused({.kind = Kind::pull, .on = wall}, "dynamic");
+  refused(PushEvent{.body = wall}, "dynamic");
+  refused(PushEvent{}, "body");
+  refused(PushEvent{.body = space.ball, .from = -1}, "from");
+  refused(PushEvent{.body = space.ball, .from = nan}, "from");
+  refused(PushEvent{.body = space.ball, .from = 2, .to = 1}, "to");
+  refused(PushEvent{.body = space.ball, .to = nan}, "to");
+  refused(PushEvent{.body = space.ball, .to = 1, .every = 0.5}, "every");
+  refused(PushEvent{.body = space.ball, .to = 1e-9, .every = 1e-6}, "every");
+  refused(PushEvent{.body = space.ball, .force = Vec3(nan)}, "finite");
+  refused(CutEvent{.tie = space.ball}, "joint");
+  refused(WinchEvent{.cable = space.ball}, "cable");
+  refused(DriveEvent{.joint = space.ball}, "drive");
+  refused(MotorEvent{.joint = space.ball}, "joint");
+  refused(WindEvent{.gust_time = 0}, "gust_time");
+  refused(PullEvent{.body = wall}, "dynamic");
   CHECK(events_of(std::as_const(world)) == nullptr);
 }

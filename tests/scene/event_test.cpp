@@ -10,8 +10,6 @@ using namespace pantin::test;
 
 namespace {
 
-using Kind = TimedEventKind;
-
 /// Two balls, a hinge with a motor, a chain of four links, a pin and these events; these from line
 /// 13 on.
 std::string scene_of(const std::string& events, const std::string& more = "") {
@@ -38,10 +36,12 @@ std::vector<TimedEvent> events_in(const std::string& text) {
   return {events->values().begin(), events->values().end()};
 }
 
-TimedEvent event_in(const std::string& event) {
+template <class Event>
+Event event_in(const std::string& event) {
   const std::vector<TimedEvent> all = events_in(scene_of(event));
   REQUIRE(all.size() == 1);
-  return all.front();
+  REQUIRE(std::holds_alternative<Event>(all.front().kind));
+  return std::get<Event>(all.front().kind);
 }
 
 Lines refused(const std::string& event) { return diagnostics(scene_of(event)); }
@@ -51,45 +51,46 @@ Lines refused(const std::string& event) { return diagnostics(scene_of(event)); }
 TEST_CASE("A push says where, how hard and how long") {
   const Scene scene = good(scene_of(
       R"({"type": "push", "body": "a", "force": [1, 2, 3], "from": 0.5, "to": 0.7, "every": 2})"));
-  const TimedEvent e = events_of(scene.world)->values()[0];
-  CHECK(e.kind == Kind::push);
-  CHECK(e.on == scene.world.find("a"));
+  const auto& e = std::get<PushEvent>(events_of(scene.world)->values()[0].kind);
+  CHECK(e.body == scene.world.find("a"));
   CHECK(e.force == Vec3(1, 2, 3));
   CHECK(e.torque == Vec3(0));
   CHECK((e.from == 0.5 && e.to == 0.7 && e.every == 2));
   CHECK(e.anchor == Vec3(0));  // the mass centre
   // A point of the own frame, and the same in the scene.
   for (const char* point : {R"("anchor": [0.1, 0, 0])", R"("point": [0.1, 0, 0])"}) {
-    const TimedEvent off = event_in(std::string(R"({"type": "impulse", "at": 1, "body": "a", )") +
-                                    R"("impulse": [0, 1, 0], )" + point + "}");
-    CHECK(off.from == 1);
+    const auto off =
+        event_in<ImpulseEvent>(std::string(R"({"type": "impulse", "at": 1, "body": "a", )") +
+                               R"("impulse": [0, 1, 0], )" + point + "}");
+    CHECK(off.at == 1);
     CHECK(off.impulse == Vec3(0, 1, 0));
     CHECK(glm::length(off.anchor) == Approx(std::hypot(0.1, 0.2)));
   }
 }
 
 TEST_CASE("A wind blows on all, or on bodies and groups of them") {
-  const TimedEvent all = event_in(R"({"type": "wind", "velocity": [3, 0, 0], "gusts": 2})");
+  const auto all = event_in<WindEvent>(R"({"type": "wind", "velocity": [3, 0, 0], "gusts": 2})");
   CHECK(all.bodies.empty());
   CHECK(all.gusts == Vec3(2));
   CHECK(all.drag < 0);
   CHECK(all.to > 1e100);
-  const TimedEvent some = event_in(
+  const auto some = event_in<WindEvent>(
       R"({"type": "wind", "velocity": [3, 0, 0], "bodies": ["rope", "a"], "seed": 4, "drag": 0.5})");
   CHECK(some.bodies.size() == 5);
   CHECK((some.seed == 4 && some.drag == 0.5));
 }
 
 TEST_CASE("A hand, a winch, gravity and a solver say what becomes of them") {
-  const TimedEvent hand = event_in(
+  const auto hand = event_in<PullEvent>(
       R"({"type": "pull", "body": "b", "target": [1, 2, 0], "from": 1, "to": 3, "damping": 5})");
   CHECK(
       (hand.target == Vec3(1, 2, 0) && hand.over == 2 && hand.stiffness == 0 && hand.damping == 5));
-  CHECK(event_in(R"({"type": "pull", "body": "b", "target": [1, 2, 0]})").over == 1);
-  const TimedEvent winch =
-      event_in(R"({"type": "winch", "cable": "line", "length": 1.5, "at": 2, "over": 1})");
-  CHECK((winch.length == 1.5 && winch.from == 2 && winch.over == 1));
-  CHECK(event_in(R"({"type": "gravity", "gravity": [0, 1, 0], "at": 2})").gravity == Vec3(0, 1, 0));
+  CHECK(event_in<PullEvent>(R"({"type": "pull", "body": "b", "target": [1, 2, 0]})").over == 1);
+  const auto winch = event_in<WinchEvent>(
+      R"({"type": "winch", "cable": "line", "length": 1.5, "at": 2, "over": 1})");
+  CHECK((winch.length == 1.5 && winch.at == 2 && winch.over == 1));
+  CHECK(event_in<GravityEvent>(R"({"type": "gravity", "gravity": [0, 1, 0], "at": 2})").gravity ==
+        Vec3(0, 1, 0));
 }
 
 TEST_CASE("What is cut is found by its name, or all of a chain") {
@@ -97,21 +98,21 @@ TEST_CASE("What is cut is found by its name, or all of a chain") {
 {"type": "cut", "pin": "nail", "at": 2}, {"type": "cut", "cable": "line", "at": 2})"));
   const auto events = events_of(scene.world)->values();
   REQUIRE(events.size() == 6);  // four joints of the chain
-  CHECK(events[0].on == scene.world.find("rope/top"));
-  CHECK(events[3].on == scene.world.find("rope/2-3"));
-  CHECK(events[4].on == scene.world.find("nail"));
-  CHECK(events[5].on == scene.world.find("line"));
+  CHECK(std::get<CutEvent>(events[0].kind).tie == scene.world.find("rope/top"));
+  CHECK(std::get<CutEvent>(events[3].kind).tie == scene.world.find("rope/2-3"));
+  CHECK(std::get<CutEvent>(events[4].kind).tie == scene.world.find("nail"));
+  CHECK(std::get<CutEvent>(events[5].kind).tie == scene.world.find("line"));
 }
 
 TEST_CASE("A motor keeps what is not said") {
-  const TimedEvent faster =
-      event_in(R"({"type": "motor", "joint": "axle", "velocity_deg": 180, "at": 1, "over": 2})");
+  const auto faster = event_in<MotorEvent>(
+      R"({"type": "motor", "joint": "axle", "velocity_deg": 180, "at": 1, "over": 2})");
   CHECK(faster.motor.kind == MotorKind::velocity);
   CHECK(faster.motor.target == Approx(kPi));
   CHECK((faster.motor.gain == 20 && faster.motor.cap == 7 && faster.over == 2));
-  const TimedEvent off = event_in(R"({"type": "motor", "joint": "axle", "cap": 0, "at": 1})");
+  const auto off = event_in<MotorEvent>(R"({"type": "motor", "joint": "axle", "cap": 0, "at": 1})");
   CHECK((off.motor.target == 1 && off.motor.cap == 0));
-  const TimedEvent there = event_in(
+  const auto there = event_in<MotorEvent>(
       R"({"type": "motor", "joint": "axle", "position": 0.5, "gain": 9, "damping": 2, "at": 1})");
   CHECK((there.motor.kind == MotorKind::position && there.motor.damping == 2));
 }

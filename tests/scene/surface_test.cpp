@@ -162,6 +162,17 @@ TEST_CASE("bad surfaces are refused with surface, knot and place", "[surfaces]")
   CHECK_THAT(of_surface("\"nowhere.json\"").at(0), Catch::Contains("nowhere.json"));
 }
 
+TEST_CASE("a face without points or knots is refused, inside out too", "[surfaces]") {
+  const auto refused = [](const std::string& of_face, const std::string& of_surface) {
+    return diagnostics(R"({"version": 1, "surfaces": [{"name": "s", "faces": [{"type": "nurbs")" +
+                       of_face + "}]" + of_surface + "}]}");
+  };
+  const Lines plain = refused("", "");
+  CHECK(plain.size() >= 4);
+  CHECK(refused(R"(, "inside_out": true)", "") == plain);
+  CHECK(refused("", R"(, "inside_out": true)") == plain);
+}
+
 TEST_CASE("creases and places without a normal are warned of", "[surfaces]") {
   const Scene scene = good(with_faces(
       R"({"type": "extrusion", "way": [0, 0, 1], "profile": {"type": "nurbs", "degree": 1,

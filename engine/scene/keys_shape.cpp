@@ -1,10 +1,14 @@
+// Keys of shapes, from the table of their kinds, and how shapes are read.
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <system_error>
+#include <vector>
 
+#include "engine/base/check.hpp"
 #include "engine/geometry/kinds.hpp"
 #include "engine/geometry/surface.hpp"
 #include "engine/scene/obj.hpp"
@@ -14,18 +18,125 @@
 namespace pantin::detail {
 namespace {
 
+using namespace rows;
+using S = ShapeWithDensity;
+
+constexpr int kMostHeights = 1 << 20;
+constexpr std::string_view kHeightsNeed = "\"columns\", \"rows\", \"spacing\" and \"heights\"";
+
+constexpr Key kDensity = number<&S::density>(
+    "density", "kg/m^3", kWeight,
+    "Beside a body's mass only the ratios between shapes count. Default: as the body says.");
+
+constexpr Key kPointKeys[] = {
+    row("points", ValueType::points, "m", "In the shape's frame. Points inside do no harm."),
+    reference("file", "the path of an OBJ file",
+              "A Wavefront OBJ file instead, m: its points. The path starts from the scene file's "
+              "folder.")};
+constexpr Exclusive kPointPairs[] = {{"points", "file"}};
+constexpr AnyOf kPointNeeds[] = {
+    {"points file", "found no \"points\", expected four points or more, or a \"file\""}};
+
+constexpr Key kTriangleKeys[] = {
+    row("points", ValueType::points, "m", "In the shape's frame."),
+    row("triangles", ValueType::triples, "", "Three places in points each, counted from 0."),
+    reference("file", "the path of an OBJ file",
+              "A Wavefront OBJ file instead, m: its lines v and f; faces of more corners become "
+              "fans. The path starts from the scene file's folder.")};
+constexpr Exclusive kTrianglePairs[] = {{"points", "file"}, {"file", "triangles"}};
+constexpr AnyOf kTriangleNeeds[] = {
+    {"points file", "found no \"points\", expected \"points\" and \"triangles\", or a \"file\""},
+    {"triangles file", "found no \"triangles\", expected three places in \"points\" for each"}};
+
+constexpr Key kHeightKeys[] = {
+    whole("columns", 2, kMostHeights, "Heights along x.").needed(kHeightsNeed),
+    whole("rows", 2, kMostHeights, "Heights along z.").needed(kHeightsNeed),
+    row("spacing", ValueType::number_or_pair, "m",
+        "Between neighbours: one number, or along x and along z.")
+        .within(kSize)
+        .needed(kHeightsNeed),
+    row("heights", ValueType::number_list, "m", "Row after row from low z on, each from low x on.")
+        .needed(kHeightsNeed)};
+
+constexpr Key kSkinKeys[] = {
+    of_object("surface", ValueType::object_or_reference, "surface",
+              "The name of one of the scene's surfaces, a surface, or the path of a file of one, "
+              "which ends in .json and starts from the scene file's folder.")
+        .needed("the name of a surface, or a surface")};
+
+/// What depends on what a surface is made of.
+KeySet surface_keys(SurfaceSource source) {
+  switch (source) {
+    case SurfaceSource::points:
+      return {"", "", kPointKeys, kPointPairs, kPointNeeds};
+    case SurfaceSource::triangles:
+      return {"", "", kTriangleKeys, kTrianglePairs, kTriangleNeeds};
+    case SurfaceSource::heights:
+      return {"", "", kHeightKeys};
+    case SurfaceSource::skin:
+      return {"", "", kSkinKeys};
+    case SurfaceSource::none:
+      break;
+  }
+  return {};
+}
+
+Key size_key(const SizeKey& size) {
+  Key key = size.count == 3 ? vector(size.key, "m", size.about)
+                            : number(size.key, "m", kSize, size.about);
+  key.range = kSize;
+  if (size.otherwise > 0) return key.or_else(size.otherwise);
+  return key.needed(size.expected.empty() ? kSize.words : size.expected);
+}
+
+/// The keys of a kind, and what its rules refer to.
+struct ShapeKeySet {
+  std::vector<Key> keys;
+  std::vector<Exclusive> exclusive;
+  std::vector<AnyOf> any_of;
+  std::vector<Beside> beside;
+  std::string placed_by, long_by, complaint;
+  KeySet set;
+};
+
+/// Of a kind with a length along its y axis: its ends may be given instead.
+void add_ends(const SizeKey& length, ShapeKeySet& made) {
+  for (Key& key : made.keys)
+    if (key.name == length.key) key.is_needed = false;
+  const std::string name(length.key);
+  made.keys.push_back(vector("from", "m",
+                             "Where its y axis begins, in the body's own frame: with \"to\" it "
+                             "tells length, position and rotation."));
+  made.keys.push_back(vector("to", "m", "Where it ends."));
+  made.placed_by = name + " position rotation rotation_deg";
+  made.long_by = name + " from to";
+  made.complaint =
+      "found no \"" + name + "\", expected a length in m, or the ends \"from\" and \"to\"";
+  made.exclusive.insert(made.exclusive.end(), {{"from", made.placed_by}, {"to", made.placed_by}});
+  made.any_of.push_back({made.long_by, made.complaint});
+  made.beside.push_back({"from", "to", "found \"from\" without \"to\", expected both ends"});
+  made.beside.push_back({"to", "from", "found \"to\" without \"from\", expected both ends"});
+}
+
+void list_keys(const ShapeTraits& kind, Words name, ShapeKeySet& made) {
+  const KeySet surface = surface_keys(kind.source);
+  std::vector<Key>& keys = made.keys;
+  keys = {word("type", name, "The kind of shape.")};
+  keys.front().is_needed = true;
+  for (const SizeKey& size : kind.sizes) keys.push_back(size_key(size));
+  keys.insert(keys.end(), surface.keys.begin(), surface.keys.end());
+  made.exclusive.assign(surface.exclusive.begin(), surface.exclusive.end());
+  made.any_of.assign(surface.any_of.begin(), surface.any_of.end());
+  if (const SizeKey* length = length_of(kind)) add_ends(*length, made);
+  keys.push_back(kPosition.to<&S::shape, &Shape::local, &Pose::position>());
+  if (!kind.is_round) keys.insert(keys.end(), {kRotation, kRotationDeg});
+  keys.push_back(kMaterial.to<&S::shape, &Shape::material>());
+  if (kind.volume || kind.enclosed) keys.push_back(kDensity);
+  made.set = {name.front(), kind.about, keys, made.exclusive, made.any_of, made.beside};
+}
+
 using Triangle = std::array<std::uint32_t, 3>;
 using SurfacePointer = std::shared_ptr<const Surface>;
-
-std::vector<Vec3> read_points(const Reader& from) {
-  std::vector<Vec3> points;
-  for (NodeId node : from.items("points")) {
-    Vec3 p(0);
-    from.numbers_at(node, {&p.x, 3}, kAnyNumber);
-    points.push_back(p);  // also where it is wrong, so that triangles are checked against them all
-  }
-  return points;
-}
 
 std::vector<Triangle> read_triangles(const Reader& from, std::size_t points) {
   const Range corner{0, static_cast<Real>(points) - 1,
@@ -44,9 +155,7 @@ std::vector<Triangle> read_triangles(const Reader& from, std::size_t points) {
 
 /// Stores a surface, or reports its errors at the shape.
 SurfacePointer kept(const Reader& from, Result<SurfacePointer> made) {
-  if (made) return std::move(*made);
-  for (const Error& e : made.errors()) from.diagnostics.error(from.node, e.message);
-  return nullptr;
+  return from.kept(std::move(made)).value_or(nullptr);
 }
 
 /// Makes a surface of an OBJ file's contents; null after a complaint at `node`.
@@ -94,14 +203,14 @@ SurfacePointer read_hull(const Reading& reading, const Reader& from) {
   if (from.has("file")) return read_obj(reading, from, ShapeKind::hull);
   if (!from.has("points")) return nullptr;
   const std::size_t refused_before = from.diagnostics.error_count();
-  const std::vector<Vec3> points = read_points(from);
+  const std::vector<Vec3> points = from.points();
   return from.diagnostics.error_count() == refused_before ? kept(from, make_hull(points)) : nullptr;
 }
 
 SurfacePointer read_mesh(const Reading& reading, const Reader& from) {
   if (from.has("file")) return read_obj(reading, from, ShapeKind::mesh);
   const std::size_t refused_before = from.diagnostics.error_count();
-  const std::vector<Vec3> points = read_points(from);
+  const std::vector<Vec3> points = from.points();
   const std::vector<Triangle> triangles = read_triangles(from, points.size());
   if (!from.has("points") || !from.has("triangles")) return nullptr;
   if (from.diagnostics.error_count() != refused_before) return nullptr;
@@ -144,9 +253,8 @@ bool read_ends(const Reader& from, const SizeKey& length, Shape& shape) {
   const Vec3 way = end - begin;
   const Real distance = glm::length(way);
   if (!kSize.holds(distance)) {
-    from.diagnostics.error(from.find("to"), "found an end " + written(distance) +
-                                                " m from the other, expected " +
-                                                std::string(kSize.words));
+    from.error("to", "found an end " + written(distance) + " m from the other, expected " +
+                         std::string(kSize.words));
     return false;
   }
   shape.size[length.first] = length.scale * distance;
@@ -194,13 +302,53 @@ bool read_form(const Reading& reading, const Reader& from, Shape& shape) {
 void refuse_moving(const Reader& from, ShapeKind kind, Motion motion) {
   if (motion != Motion::dynamic || can_move(kind)) return;
   const bool closed = traits_of(kind).shape_class == ShapeClass::mesh;
-  from.diagnostics.error(from.find("type"),
-                         "found a " + std::string(name_of(kind)) +
-                             " on a dynamic body, expected it on a fixed or kinematic one" +
-                             (closed ? "; a hull, or several, can move" : ""));
+  from.error("type", "found a " + std::string(name_of(kind)) +
+                         " on a dynamic body, expected it on a fixed or kinematic one" +
+                         (closed ? "; a hull, or several, can move" : ""));
 }
 
 }  // namespace
+
+const SizeKey* length_of(const ShapeTraits& kind) {
+  for (const SizeKey& size : kind.sizes)
+    if (size.key == "length" || size.key == "height") return &size;
+  return nullptr;
+}
+
+const KeySet& keys_of(ShapeKind kind) {
+  constexpr std::size_t kCount = std::size(kShapeNames);
+  static const auto all = [] {
+    auto made = std::make_unique<std::array<ShapeKeySet, kCount>>();  // whose addresses stay
+    for (std::size_t i = 0; i < kCount; ++i)
+      list_keys(*kShapeTraits[i], std::span(kShapeNames).subspan(i, 1), (*made)[i]);
+    return made;
+  }();
+  return (*all)[static_cast<std::size_t>(kind)].set;
+}
+
+const KeySet& keys_of(std::string_view what) {
+  for (const KeySet* set : keys::kAll)
+    if (set->what == what) return *set;
+  for (const KeySet& set : path_key_sets())
+    if (set.what == what) return set;
+  for (const KeySet& set : event_key_sets())
+    if (set.what == what) return set;
+  PANTIN_ASSERT(false);
+  return keys::scene;
+}
+
+std::vector<const KeySet*> all_key_sets() {
+  std::vector<const KeySet*> all;
+  for (const KeySet* set : keys::kAll) {
+    all.push_back(set);
+    if (set != &keys::output) continue;
+    for (const KeySet& event : event_key_sets()) all.push_back(&event);
+  }
+  for (const KeySet& set : path_key_sets()) all.push_back(&set);
+  for (std::size_t i = 0; i < std::size(kShapeNames); ++i)
+    all.push_back(&keys_of(static_cast<ShapeKind>(i)));
+  return all;
+}
 
 std::optional<std::size_t> read_type(const Reading& reading, NodeId node,
                                      std::span<const std::string_view> names) {
@@ -229,10 +377,9 @@ std::optional<ShapeWithDensity> read_shape(const Reading& reading, NodeId node,
   const Reader from(reading.json, reading.diagnostics, node, keys_of(kind));
   refuse_moving(from, kind, otherwise.motion);
   ShapeWithDensity solid;
-  solid.shape.kind = kind;
-  if (from.accepts("density")) solid.density = from.number("density", otherwise.density);
-  solid.shape.material = read_material(reading, from, otherwise.material);
-  solid.shape.local.position = from.vec("position");
+  solid.shape.kind = kind, solid.shape.material = otherwise.material;
+  if (from.accepts("density")) solid.density = otherwise.density;
+  read_rows(reading, from, solid);
   if (!traits_of(kind).is_round) solid.shape.local.rotation = from.rotation(kIdentity);
   if (!read_form(reading, from, solid.shape)) return std::nullopt;
   return solid;

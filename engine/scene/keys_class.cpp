@@ -1,4 +1,4 @@
-// Classes and defaults: what bodies, joints, cables and pins are unless they say otherwise.
+// Keys of classes and defaults: what bodies, joints, cables and pins are unless they say otherwise.
 #include <algorithm>
 #include <string>
 
@@ -7,43 +7,58 @@
 namespace pantin::detail {
 namespace {
 
+using namespace rows;
+
+constexpr Key kOfBodies = object("body", "body_class",
+                                 "Of bodies, and of the links of chains: shapes, mass, drag, "
+                                 "gravity_scale, solver and collision.");
+constexpr Key kOfJoints =
+    object("joint", "joint_class",
+           "Of joints, and of those of chains: kind, limits, drive, spring, friction and motor. "
+           "What a joint's kind cannot have is left out.");
+constexpr Key kOfCables = object("cable", "cable_class", "Of cables.");
+constexpr Key kOfPins = object("pin", "pin_class", "Of pins.");
+constexpr Key kDefaults[] = {kOfBodies, kOfJoints, kOfCables, kOfPins};
+constexpr Key kObjectClass[] = {
+    needed_name(),
+    reference("class", "the name of a class",
+              "Name of a class that stands above: what this one does not say is as that one says."),
+    kOfBodies,
+    kOfJoints,
+    kOfCables,
+    kOfPins,
+};
+
 constexpr std::size_t kDeepest = 8;  // classes that take after one another
 
-// What the links of a chain and its joints take from a class; other keys mean something else there.
-constexpr std::string_view kOfLinks =
-    "shape shapes material density mass inertia centre_of_mass drag gravity_scale solver collision";
+// What the joints of a chain take from a class; other keys mean something else there.
 constexpr std::string_view kOfTheirJoints = "kind limits drive spring friction motor";
 
-/// Reads a number or a word so that what is wrong with it is told, used or not.
+/// What its links take from a class of bodies: the keys that say the same of both.
+const std::string& keys_of_links() {
+  static const std::string words = [] {
+    std::string all;
+    for (const Key& key : keys::body_class.keys)
+      if (const Key* same = keys::chain.find(key.name); same && same->about == key.about)
+        all.append(key.name).append(" ");
+    return all;
+  }();
+  return words;
+}
+
+/// Reads a number or a word so that what is wrong with it is told, used or not. Others are told of
+/// where they are used.
 void check_value(const Reading& reading, const Reader& from, const Key& key) {
-  switch (key.type) {
-    case ValueType::number:
-      from.number(key.name, 0);
-      return;
-    case ValueType::whole:
-      from.whole(key.name, 0);
-      return;
-    case ValueType::word:
-      from.word(key.name, 0);
-      return;
-    case ValueType::vector:
-      from.vec(key.name, Vec3(0));
-      return;
-    case ValueType::direction:
-      from.direction(key.name, Vec3(1, 0, 0));
-      return;
-    case ValueType::object:
-      if (key.object != "shape") reading.open(from.find(key.name), key.object);
-      return;
-    case ValueType::object_or_flag:
-      if (key.name == "collision") read_collision(reading, from, std::nullopt);
-      return;
-    case ValueType::reference:
-      if (key.name == "material") read_material(reading, from, 0);
-      return;
-    default:  // told where it is used
-      return;
-  }
+  const std::string_view name = key.name;
+  if (key.type == ValueType::number) from.number(name, 0);
+  if (key.type == ValueType::whole) from.whole(name, 0);
+  if (key.type == ValueType::word) from.word(name, 0);
+  if (key.type == ValueType::vector) from.vec(name, Vec3(0));
+  if (key.type == ValueType::direction) from.direction(name, Vec3(1, 0, 0));
+  if (key.type == ValueType::object && key.object != "shape")
+    reading.open(from.find(name), key.object);
+  if (name == "collision") read_collision(reading, from, std::nullopt);
+  if (name == "material") read_material(reading, from, 0);
 }
 
 /// What stands under a key of a class; nothing if no object with so many keys can be right.
@@ -82,15 +97,13 @@ void read_class(Reading& reading, NodeId node) {
     if (const auto* base = find_class(reading, from.find("class")))
       line.insert(line.end(), base->begin(), base->end());
   if (line.size() > kDeepest)
-    reading.diagnostics.error_value(
-        from.find("class"),
-        "a class that takes after " + std::to_string(kDeepest - 2) + " others at most");
+    from.error_value(
+        "class", "a class that takes after " + std::to_string(kDeepest - 2) + " others at most");
   if (name.empty()) return;
   const std::string_view text = reading.json[from.find("name")].text;
   if (!reading.classes.try_emplace(text, std::move(line)).second)
-    reading.diagnostics.error(from.find("name"), "found the name \"" + name +
-                                                     "\" again, expected one that no class "
-                                                     "above has");
+    from.error("name",
+               "found the name \"" + name + "\" again, expected one that no class above has");
 }
 
 void add_sources(const ClassParts& parts, std::string_view what, ObjectSource& to) {
@@ -101,7 +114,7 @@ void add_sources(const ClassParts& parts, std::string_view what, ObjectSource& t
   if (what == "joint") add(parts.joint);
   if (what == "cable") add(parts.cable);
   if (what == "pin") add(parts.pin);
-  if (what == "chain") add(parts.body, kOfLinks), add(parts.joint, kOfTheirJoints);
+  if (what == "chain") add(parts.body, keys_of_links()), add(parts.joint, kOfTheirJoints);
 }
 
 /// The kind of a joint, from wherever it is told.
@@ -127,6 +140,16 @@ void leave_out(const Reading& reading, const KeySet& set, ObjectSource& from) {
 
 }  // namespace
 
+constinit const KeySet keys::defaults{"defaults",
+                                      "What holds unless something else is said: the object itself "
+                                      "comes first, then its class, then these.",
+                                      kDefaults};
+constinit const KeySet keys::object_class{
+    "class",
+    "A named set of keys. A body takes those under \"body\", a joint those under \"joint\" and so "
+    "on; a value is taken whole, an object too.",
+    kObjectClass};
+
 void read_classes(Reading& reading, const Reader& scene) {
   if (const NodeId node = scene.find("defaults"); node != kNoNode) {
     const Reader from = reading.open(node, "defaults");
@@ -140,12 +163,12 @@ void read_classes(Reading& reading, const Reader& scene) {
   for (const NodeId node : scene.items("classes")) read_class(reading, node);
 }
 
-Reader open_of_class(const Reading& reading, NodeId node, std::string_view what) {
+Reader open_object(const Reading& reading, NodeId node, std::string_view what) {
   reading.poll();
   const KeySet& set = keys_of(what);
   ObjectSource from(node);
   const bool is_object = reading.json[node].kind == JsonKind::object;
-  const NodeId name = is_object ? reading.json.member(node, "class") : kNoNode;
+  const NodeId name = is_object && set.find("class") ? reading.json.member(node, "class") : kNoNode;
   const auto* line = name == kNoNode ? nullptr : find_class(reading, name);
   from.is_class_unknown = name != kNoNode && !line;
   if (line)

@@ -1,0 +1,63 @@
+#pragma once
+/// Another motor.
+#include "engine/world/events/event.hpp"
+
+namespace pantin {
+
+/// The motor of a joint gets other settings.
+struct MotorEvent {
+  Entity joint = {};
+  JointMotor motor = {};  // along the joint's angle, or its travel if it has no angle
+  Real at = 0;            // s
+  Real over = 0;          // s, in which the target changes evenly
+
+  static constexpr std::string_view name = "motor";
+  static constexpr std::string_view about = "A motor gets another speed or place.";
+  static constexpr detail::EventNeed needs{
+      "velocity velocity_deg position position_deg gain damping cap",
+      "found no \"velocity\", expected the speed it keeps, or the \"position\" it goes to"};
+  static constexpr detail::EventPair pairs[] = {{"velocity", "position position_deg"},
+                                                {"velocity_deg", "position position_deg"}};
+
+  static void fields(auto& self, auto&& field) {
+    field("joint", self.joint);
+    field("motor", self.motor);
+    field("at", self.at);
+    field("over", self.over);
+  }
+  static void scene_keys(auto& self, auto&& key) {
+    using namespace detail::event_keys;
+    using enum detail::EventForm;
+    constexpr Real kDegree = kPi / 180;
+    auto& m = self.motor;
+    key({"joint", "", "Name of a joint with a motor, or of a group of them.", reference,
+         "the name of a joint"},
+        self.joint);
+    key({"velocity", "rad/s", "The speed it keeps from now on; of a slide m/s.", number}, m.target);
+    key({.key = "velocity_deg",
+         .unit = "degrees/s",
+         .about = "The same, of an angle.",
+         .form = degrees,
+         .scale = kDegree},
+        m.target);
+    key({"position", "rad", "Where it goes; of a slide m.", number}, m.target);
+    key({.key = "position_deg",
+         .unit = "degrees",
+         .about = "The same, of an angle.",
+         .form = degrees,
+         .scale = kDegree},
+        m.target);
+    key({"gain", "", "As of a motor. Default: as before.", positive}, m.gain);
+    key({"damping", "N m s/rad", "As of a motor. Default: as before.", not_negative}, m.damping);
+    key({"cap", "N m", "Its most; 0 turns it off. Default: as before.", not_negative}, m.cap);
+    key(kAt, self.at);
+    key(kOver, self.over);
+  }
+
+  void begin(const detail::EventStep& step, detail::EventProgress& progress) const;
+  void change(const detail::EventStep& step, detail::EventProgress& progress,
+              const detail::EventChange& made) const;
+  std::optional<detail::EventFault> fault() const;
+};
+
+}  // namespace pantin

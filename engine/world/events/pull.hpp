@@ -1,0 +1,68 @@
+#pragma once
+/// A hand.
+#include "engine/world/events/event.hpp"
+
+namespace pantin {
+
+/// A hand takes a point of a body at `from`, leads it to `target` within `over`, from rest to rest,
+/// and lets go at `to`. It opens no joint: it gets as near as joints and pins let it.
+struct PullEvent {
+  Entity body = {};
+  Vec3 anchor{0};      // the point, in the body's mass-centre frame
+  Vec3 target{0};      // m
+  Real stiffness = 0;  // N/m, of a hand that gives way; 0: exact
+  Real damping = 0;    // N s/m, likewise
+  Real from = 0;       // s
+  Real to = 1e300;     // s
+  Real over = 0;       // s
+
+  static constexpr std::string_view name = "pull";
+  static constexpr std::string_view about =
+      "A hand that takes a point of a body, leads it to a place and lets go.";
+  /// Where a scene file says no "anchor": at the origin of the body's frame, not its mass centre.
+  static constexpr bool anchors_at_origin = true;
+
+  static void fields(auto& self, auto&& field) {
+    field("body", self.body);
+    field("anchor", self.anchor);
+    field("target", self.target);
+    field("stiffness", self.stiffness);
+    field("damping", self.damping);
+    field("from", self.from);
+    field("to", self.to);
+    field("over", self.over);
+  }
+  static void scene_keys(auto& self, auto&& key) {
+    using namespace detail::event_keys;
+    using enum detail::EventForm;
+    key(kBody, self.body);
+    key({"anchor", "m",
+         "Where the hand takes it, in the body's own frame. Default: at that frame's origin.",
+         detail::EventForm::anchor},
+        self.anchor);
+    key({"target", "m", "Where the hand leads it.", point, "the place it is led to"}, self.target);
+    key({.key = "stiffness",
+         .unit = "N/m",
+         .about = "Of a hand that gives way like a spring; 0: it gets there exactly.",
+         .form = not_negative,
+         .tells_default = true},
+        self.stiffness);
+    key({.key = "damping",
+         .unit = "N s/m",
+         .about = "Of that spring's damper.",
+         .form = not_negative,
+         .tells_default = true},
+        self.damping);
+    key(kFrom, self.from);
+    key({"to", "s", "When the hand lets go. Default: never.", moment}, self.to);
+    key({"over", "s", "How long the way takes, from rest to rest. Default: until it lets go, or 1.",
+         moment},
+        self.over);
+  }
+
+  void begin(const detail::EventStep& step, detail::EventProgress& progress) const;
+  void go_on(const detail::EventStep& step, detail::EventProgress& progress) const;
+  std::optional<detail::EventFault> fault() const;
+};
+
+}  // namespace pantin

@@ -1,0 +1,34 @@
+#pragma once
+/// Another solver.
+#include "engine/world/events/event.hpp"
+
+namespace pantin {
+
+/// All islands get another solver; its settings stay.
+struct SolverEvent {
+  Solver solver = Solver::articulated;
+  Real at = 0;  // s
+
+  static constexpr std::string_view name = "solver";
+  static constexpr std::string_view about = "Another solver.";
+
+  static void fields(auto& self, auto&& field) {
+    field("solver", self.solver);
+    field("at", self.at);
+  }
+  static void scene_keys(auto& self, auto&& key) {
+    key({"solver", "", "The solver of all bodies from now on; its settings stay.",
+         detail::EventForm::solver, "a solver"},
+        self.solver);
+    key(detail::event_keys::kAt, self.at);
+  }
+
+  void begin(const detail::EventStep& step, detail::EventProgress&) const {
+    World& world = step.world;
+    world.default_settings.solver = solver;
+    for (SolverSettings& s : world.settings.values()) s.solver = solver;
+    world.mark_dirty();
+  }
+};
+
+}  // namespace pantin

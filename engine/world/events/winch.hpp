@@ -1,0 +1,53 @@
+#pragma once
+/// A winch.
+#include "engine/world/events/event.hpp"
+
+namespace pantin {
+
+/// A cable gets another length, from rest to rest.
+struct WinchEvent {
+  Entity cable = {};
+  Real length = 1;  // m
+  Real at = 0;      // s
+  Real over = 0;    // s
+
+  static constexpr std::string_view name = "winch";
+  static constexpr std::string_view about = "A cable is taken in or let out.";
+
+  static void fields(auto& self, auto&& field) {
+    field("cable", self.cable);
+    field("length", self.length);
+    field("at", self.at);
+    field("over", self.over);
+  }
+  static void scene_keys(auto& self, auto&& key) {
+    using namespace detail::event_keys;
+    using enum detail::EventForm;
+    key({"cable", "", "Name of a cable, or of a group of them.", reference, "the name of a cable"},
+        self.cable);
+    key({"length", "m", "How long it is then.", size, "a size from 1e-9 to 1e9 m"}, self.length);
+    key(kAt, self.at);
+    key({.key = "over",
+         .unit = "s",
+         .about = "How long it takes, from rest to rest.",
+         .form = moment,
+         .tells_default = true},
+        self.over);
+  }
+
+  void begin(const detail::EventStep& step, detail::EventProgress& progress) const {
+    if (const detail::Cable* c = step.world.cables.find(cable)) progress.start.x = c->joint.length;
+  }
+  void change(const detail::EventStep& step, detail::EventProgress& progress,
+              const detail::EventChange& made) const {
+    if (detail::Cable* c = step.world.cables.find(cable))
+      c->joint.length = std::lerp(progress.start.x, length, detail::eased(made.at_end));
+  }
+  std::optional<detail::EventFault> fault() const {
+    constexpr detail::EventFault kFault{"length", "a number that is not above 0",
+                                        "a finite length above 0, in m"};
+    return length > 0 && std::isfinite(length) ? std::nullopt : std::optional(kFault);
+  }
+};
+
+}  // namespace pantin

@@ -1,0 +1,90 @@
+#pragma once
+/// Wind.
+#include "engine/world/events/event.hpp"
+
+namespace pantin {
+
+/// From `from` to `to` the air moves with `velocity`: dynamic bodies are taken along by their drag.
+struct WindEvent {
+  Vec3 velocity{0};                 // m/s
+  Vec3 gusts{0};                    // m/s, the most by which gusts change it along each axis
+  Real gust_time = 1;               // s, from one gust to the next
+  std::uint64_t seed = 1;           // of the gusts; with the same seed the same ones, at any step
+  Real drag = -1;                   // 1/s, beside the own drag; below 0: by the own one
+  std::vector<Entity> bodies = {};  // on these; none: on all
+  Real from = 0;                    // s
+  Real to = 1e300;                  // s
+  Real every = 0;                   // s; starts again so often; 0: once
+
+  static constexpr std::string_view name = "wind";
+  static constexpr std::string_view about = "Air that moves, and takes bodies along by their drag.";
+  static constexpr detail::EventNeed needs{
+      "velocity gusts", "found no \"velocity\", expected the velocity of the air, or \"gusts\""};
+
+  static void fields(auto& self, auto&& field) {
+    field("velocity", self.velocity);
+    field("gusts", self.gusts);
+    field("gust_time", self.gust_time);
+    field("seed", self.seed);
+    field("drag", self.drag);
+    field("bodies", self.bodies);
+    field("from", self.from);
+    field("to", self.to);
+    field("every", self.every);
+  }
+  static void scene_keys(auto& self, auto&& key) {
+    using namespace detail::event_keys;
+    using enum detail::EventForm;
+    key({.key = "velocity",
+         .unit = "m/s",
+         .about = "Of the air.",
+         .form = vector,
+         .tells_default = true},
+        self.velocity);
+    key({.key = "gusts",
+         .unit = "m/s",
+         .about = "How much faster or slower gusts make it at most, along all axes or along each.",
+         .form = vector_or_number,
+         .tells_default = true},
+        self.gusts);
+    key({.key = "gust_time",
+         .unit = "s",
+         .about = "From one gust to the next.",
+         .form = repeat,
+         .tells_default = true},
+        self.gust_time);
+    key({.key = "seed",
+         .about = "Of the gusts: with the same seed the same ones, at any step length.",
+         .form = whole,
+         .tells_default = true},
+        self.seed);
+    key({"drag", "1/s",
+         "Rate at which the air takes bodies along, beside their own drag. Default: by their own "
+         "drag; what has none feels no wind.",
+         not_negative},
+        self.drag);
+    key({"bodies", "",
+         "Names of bodies, or of chains, instances and grids: all of theirs. Default: every body.",
+         references},
+        self.bodies);
+    key(kFrom, self.from);
+    key(kTo, self.to);
+    key(kEvery, self.every);
+  }
+
+  void act(const detail::EventStep& step, Real part) const;
+  std::optional<detail::EventFault> fault() const;
+};
+
+namespace detail {
+
+/// Mean over a time of noise that goes smoothly from one random number to the next, each within
+/// [-1, 1]; they follow from `seed`, `axis` and their number.
+struct Noise {
+  std::uint64_t seed, axis;
+  Real period;  // s
+};
+Real mean_of(const Noise& noise, Real from, Real to);
+
+}  // namespace detail
+}  // namespace pantin
