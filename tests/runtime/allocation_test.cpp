@@ -10,6 +10,7 @@
 
 #include "engine/runtime/simulation.hpp"
 #include "engine/scene/scene.hpp"
+#include "engine/world/ties.hpp"
 #include "engine/world/timed_event.hpp"
 #include "tests/paths.hpp"
 #include "tests/runtime/puppets.hpp"
@@ -201,7 +202,7 @@ long bytes_of_chain(std::size_t links) {
     Body link;
     link.pose.position = {0, -0.1 * static_cast<Real>(i) - 0.05, 0};
     const Entity e = world.add_body(link);
-    world.add_link(above, e, {{0, i == 0 ? 0 : -0.05, 0}, {0, 0.05, 0}});
+    add_link(world, {above, e, {{0, i == 0 ? 0 : -0.05, 0}, {0, 0.05, 0}}});
     above = e;
   }
   Simulation simulation(std::move(world));
