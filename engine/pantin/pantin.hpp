@@ -7,6 +7,7 @@
 #include <pantin/events.hpp>
 #include <pantin/figures.hpp>
 #include <pantin/joints.hpp>
+#include <pantin/laminas.hpp>
 #include <pantin/measure.hpp>
 #include <pantin/must.hpp>
 #include <pantin/queries.hpp>
