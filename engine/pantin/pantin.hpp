@@ -4,6 +4,7 @@
 /// Scene files and pictures are libraries of their own: <pantin/scene.hpp>, <pantin/render.hpp>.
 #include <pantin/change.hpp>
 #include <pantin/contacts.hpp>
+#include <pantin/draw.hpp>
 #include <pantin/events.hpp>
 #include <pantin/figures.hpp>
 #include <pantin/joints.hpp>
