@@ -49,7 +49,7 @@ struct Pen {
   }
   const Pose* pose_of(Entity body) const {
     const Body* b = world.bodies.find(body);
-    return b ? &b->pose : nullptr;
+    return b && is_finite(b->pose) ? &b->pose : nullptr;
   }
 };
 
@@ -86,7 +86,8 @@ void draw_sector(const Pen& pen, const Sector& sector) {
     return to_world(sector.at, pen.what.size * Vec3(0, std::cos(angle), std::sin(angle)));
   };
   std::vector<Vec3> arc{sector.at.position};
-  const Real span = std::clamp(sector.limit.high - sector.limit.low, Real(0), 2 * kPi);
+  const Real wide = sector.limit.high - sector.limit.low;
+  const Real span = wide > 0 ? std::min(wide, 2 * kPi) : 0;
   const int pieces = std::max(1, static_cast<int>(std::ceil(span / kArcStep)));
   for (int i = 0; i <= pieces; ++i) arc.push_back(rim(sector.limit.low + span * i / pieces));
   arc.push_back(sector.at.position);

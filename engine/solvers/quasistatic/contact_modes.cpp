@@ -17,7 +17,8 @@ modes::Vec2 flat(Vec3 v) { return {v.x, v.y}; }
 const Lamina* find_lamina(const World& world, Entity body) {
   const Store<Lamina>* all = laminas_of(world);
   const Lamina* lamina = all ? all->find(body) : nullptr;
-  return lamina && lamina_fault(world, body).empty() ? lamina : nullptr;
+  const bool is_sound = lamina && world.bodies.find(body) && lamina_fault(world, body).empty();
+  return is_sound ? lamina : nullptr;
 }
 
 void add_tips(const World& world, const Lamina& lamina, Grip& grip) {
