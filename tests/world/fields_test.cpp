@@ -7,6 +7,7 @@
 #include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/world/ties.hpp"
+#include "engine/world/timed_event.hpp"
 #include "tests/base/arity.hpp"
 #include "tests/base/leaves.hpp"
 #include "tests/runtime/puppets.hpp"
@@ -52,6 +53,11 @@ TEST_CASE("no list of fields forgets a member") {
   check_list<Keyframes>("Keyframes");
   check_list<Lissajous>("Lissajous");
   check_list<KinematicPath>("KinematicPath");
+#define PANTIN_CHECK(kind) check_list<kind>(#kind);
+  PANTIN_EVENT_KINDS(PANTIN_CHECK)
+#undef PANTIN_CHECK
+  check_list<TimedEvent>("TimedEvent");
+  check_list<EventProgress>("EventProgress");
   check_list<PoseKey>("PoseKey");
   check_list<JointDrive>("JointDrive");
   check_list<Collision>("Collision");
