@@ -1,21 +1,22 @@
 // A rod on two fingers that approach each other: they take turns to slide on it.
 #include <cstdio>
 #include <pantin/pantin.hpp>
-#include <pantin/scene.hpp>
 
 using namespace pantin;
 
-constexpr const char* kRod = R"({
-  "version": 1, "gravity": [0, -10, 0],
-  "laminas": [{"name": "rod", "outline": [[-0.6, 0], [0.6, 0], [0.6, 0.02], [-0.6, 0.02]],
-    "fingers": [
-      {"name": "left", "point": [-0.4, 0], "velocity": [0.01, 0], "friction": [0.5, 0.3]},
-      {"name": "right", "point": [0.25, 0], "velocity": [-0.01, 0], "friction": [0.5, 0.3]}]}]
-})";
-
 int main() {
-  Simulation simulation(must(parse_scene(kRod, "rod")).world);
-  const Entity rod = simulation.world.find("rod"), left = simulation.world.find("rod/left");
+  World world;
+  world.gravity = {0, -10, 0};
+  // Friction is higher where the rod sticks to a finger than where it slides.
+  const Entity rod = must(world.add(
+      LaminaBody{.outline = {{-0.6, 0, 0}, {0.6, 0, 0}, {0.6, 0.02, 0}, {-0.6, 0.02, 0}},
+                 .fingers = {{.point = {-0.4, 0, 0}, .slide = 0.3, .velocity = {0.01, 0, 0}},
+                             {.point = {0.25, 0, 0}, .slide = 0.3, .velocity = {-0.01, 0, 0}}}}));
+  const Entity left = fingers_of(world, rod)[0];
+  for (const ContactMode& mode : contact_modes(world, rod))
+    std::printf("it may move at %+.2f m/s\n", mode.velocity.x);
+
+  Simulation simulation(std::move(world));
   int switches = 0, by_dynamics = 0;
   while (simulation.world.time < 31) {
     const StepReport report = simulation.step();

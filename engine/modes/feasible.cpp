@@ -104,4 +104,23 @@ int count_modes(const Prepared& p, const Friction& mu) {
   return count;
 }
 
+SignedMode signed_mode_of(const Prepared& p, const FeasibleMode& mode, const Friction& mu) {
+  const Region& r = p.regions[static_cast<std::size_t>(mode.region)];
+  SignedMode told;
+  told.signs = signs_of(r), told.twist = r.twist;
+  const OwnFriction m = own(r, mu);
+  if (r.kind == Kind::roll_slide) {
+    const std::size_t a = r.contacts[0], b = r.contacts[1];
+    told.normal_force[a] = mode.force[0], told.tangent_force[a] = mode.force[1];
+    told.normal_force[b] = mode.force[2];
+    told.tangent_force[b] = -r.slip_sign[1] * m[1] * mode.force[2];
+    return told;
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    told.normal_force[r.contacts[k]] = mode.force[k];
+    told.tangent_force[r.contacts[k]] = -r.slip_sign[k] * m[k] * mode.force[k];
+  }
+  return told;
+}
+
 }  // namespace pantin::detail::modes

@@ -15,6 +15,9 @@ struct FeasibleMode {
 };
 inline constexpr Real kBoundary = 1e-9;
 
+/// The same mode by contact: what each does and bears.
+SignedMode signed_mode_of(const Prepared& p, const FeasibleMode& mode, const Friction& mu);
+
 enum class Verdict : std::uint8_t {
   unique,
   ambiguous,   // several modes

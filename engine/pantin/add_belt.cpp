@@ -4,6 +4,7 @@
 
 #include "engine/pantin/detail/findings.hpp"
 #include "engine/world/belt_sides.hpp"
+#include "engine/world/ties.hpp"
 
 namespace pantin {
 
@@ -69,7 +70,7 @@ Result<Entity> add_to(World& world, const BeltJoint& described) {
     findings.add("pulleys", why.substr(0, comma), why.substr(comma + 11));
     return findings.take();
   }
-  return world.add_belt(belt, described.name);
+  return add_belt(world, belt, described.name);
 }
 
 std::optional<BeltState> belt_state(const World& world, Entity belt) {

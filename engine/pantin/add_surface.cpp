@@ -7,6 +7,7 @@
 #include "engine/nurbs/plane_curves.hpp"
 #include "engine/pantin/detail/findings.hpp"
 #include "engine/world/surface_start.hpp"
+#include "engine/world/ties.hpp"
 
 namespace pantin {
 
@@ -104,7 +105,7 @@ Result<Entity> add_to(World& world, const SurfaceJoint& described) {
   c.friction = described.friction.value_or(-1);
   c.spots = described.contacts ? static_cast<std::uint8_t>(*described.contacts) : usual_spots(c);
   if (why.empty()) why = place_surfaces(c, {world.bodies[c.a].pose, world.bodies[c.b].pose});
-  if (why.empty()) return world.add_surface_contact(c, described.name);
+  if (why.empty()) return add_surface_contact(world, c, described.name);
   return Error{"SurfaceJoint" + (described.name.empty() ? "" : " '" + described.name + "'") + ": " +
                why};
 }

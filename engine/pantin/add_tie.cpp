@@ -4,6 +4,7 @@
 #include "engine/joints/kinds.hpp"
 #include "engine/pantin/detail/findings.hpp"
 #include "engine/world/cable_route.hpp"
+#include "engine/world/ties.hpp"
 
 namespace pantin {
 
@@ -50,7 +51,7 @@ template <class T>
 Result<Entity> link(World& world, Findings& findings, const T& described, const Joint& joint) {
   findings.known(features_of(joint), {described.a, described.b});
   if (!findings.ok()) return findings.take();
-  return world.add_link(described.a, described.b, joint, described.name);
+  return add_link(world, {described.a, described.b, joint}, described.name);
 }
 
 }  // namespace
@@ -132,7 +133,7 @@ Result<Entity> add_cable_over(World& world, const CableJoint& described) {
   findings.not_negative("compliance", described.compliance);
   if (!findings.ok()) return findings.take();
   cable.joint.length = length, cable.joint.compliance = described.compliance;
-  const Entity made = world.add_cable(cable.a, cable.b, cable.joint, described.name);
+  const Entity made = add_cable(world, {cable.a, cable.b, cable.joint}, described.name);
   world.cables[made].guides = std::move(cable.guides);
   return made;
 }
@@ -150,7 +151,7 @@ Result<Entity> add_to(World& world, const CableJoint& described) {
   CableParameters cable;
   cable.anchor_a = local_a(world, described), cable.anchor_b = local_b(world, described);
   cable.length = length, cable.compliance = described.compliance;
-  return world.add_cable(described.a, described.b, cable, described.name);
+  return add_cable(world, {described.a, described.b, cable}, described.name);
 }
 
 Result<Entity> add_to(World& world, const CustomConstraint& described) {
@@ -165,7 +166,7 @@ Result<Entity> add_to(World& world, const CustomConstraint& described) {
   Joint joint;
   joint.kind = JointKind::custom;
   joint.parameters.edit().custom = described.equations;
-  return world.add_link(described.a, described.b, joint, described.name);
+  return add_link(world, {described.a, described.b, joint}, described.name);
 }
 
 Result<Entity> add_to(World& world, const PinConstraint& described) {
@@ -213,7 +214,7 @@ Result<Entity> add_to(World& world, const GearJoint& described) {
   gear.second_travels = described.of_second == JointCoordinate::travel;
   gear.ratio = described.ratio;
   gear.has_offset = described.offset.has_value(), gear.offset = described.offset.value_or(0);
-  return world.add_gear(gear, described.name);
+  return add_gear(world, gear, described.name);
 }
 
 }  // namespace pantin

@@ -64,53 +64,32 @@ constexpr Beside kFingerPartners[] = {
     {"friction_deviation", "friction_between",
      "found \"friction_deviation\" without \"friction_between\", expected the bounds too"}};
 
-constexpr Real kTouch = 1e-6;        // of the outline's extent: a point this near is on it
-constexpr Real kLeastArea = 1e-12;   // of the extent's square
-constexpr Real kLeastExtent = 1e-9;  // m
-
-std::string written(Vec2 p) {
-  return "[" + detail::written(p.x + 0.0) + ", " + detail::written(p.y + 0.0) + "]";  // no -0
-}
-
 std::optional<Vec2> pair_if(const Reader& from, std::string_view key) {
   Real v[2];
   if (!from.has(key) || !from.numbers(key, v)) return std::nullopt;
   return Vec2{v[0], v[1]};
 }
 
-/// Refuses outlines that bound no area; false if it did.
-bool check_outline(const Reader& from, std::vector<Vec2>& corners) {
-  Diagnostics& d = from.diagnostics;
-  const NodeId node = from.find("outline");
-  if (corners.size() < 3) {
-    d.error_value(node, "three corners or more");
-    return false;
-  }
-  const std::vector<NodeId> nodes = from.items("outline");
-  const Real size = modes::extent(corners);
-  if (!(size >= kLeastExtent)) {
-    d.error(node,
-            "found an outline " + detail::written(size) + " m large, expected 1e-9 m or more");
-    return false;
-  }
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    const std::size_t next = (i + 1) % corners.size();
-    if (length(corners[next] - corners[i]) > kTouch * size) continue;
-    d.error(nodes[next], "found the corner before again, expected another");
-    return false;
-  }
-  if (const auto pair = modes::crossing(corners)) {
-    d.error(node, "found edges from corners " + std::to_string(pair->first) + " and " +
-                      std::to_string(pair->second) + " that meet, expected none that do");
-    return false;
-  }
-  const Real area = modes::area(corners);
-  if (std::abs(area) <= kLeastArea * size * size) {
-    d.error(node, "found corners on one line, expected an outline around some area");
-    return false;
-  }
-  if (area < 0) std::reverse(corners.begin(), corners.end());
-  return true;
+/// Tells what is wrong with a lamina or a finger, at the value that it is about.
+void tell(const Reader& from, const LaminaFault& fault) {
+  using enum LaminaFault::Place;
+  const NodeId node = fault.place == outline  ? from.find("outline")
+                      : fault.place == corner ? from.items("outline")[fault.corner]
+                      : fault.place == point  ? from.find("point")
+                      : fault.place == normal ? from.find("normal")
+                                              : from.node;
+  from.diagnostics.error(node, "found " + fault.found + ", expected " + fault.expected);
+}
+
+/// False if it bounds no area.
+bool is_outline(const Reader& from, std::vector<Vec2>& corners) {
+  const std::size_t count = corners.size();
+  const LaminaFinding fault = check_outline(corners);
+  if (fault && count < 3)
+    from.diagnostics.error_value(from.find("outline"), fault->expected);
+  else if (fault)
+    tell(from, *fault);
+  return !fault;
 }
 
 std::vector<Vec2> read_outline(const Reader& from) {
@@ -121,7 +100,7 @@ std::vector<Vec2> read_outline(const Reader& from) {
     Real v[2];
     if (from.numbers_at(node, v, kAnyNumber)) corners.push_back({v[0], v[1]});
   }
-  if (from.diagnostics.error_count() != before || !check_outline(from, corners)) corners.clear();
+  if (from.diagnostics.error_count() != before || !is_outline(from, corners)) corners.clear();
   return corners;
 }
 
@@ -143,70 +122,20 @@ void read_friction(const Reader& from, FingerPlan& finger) {
     finger.spread =
         modes::Spread::around(finger.slide, from.number("friction_deviation", 1), two[0], two[1]);
   if (const auto good = modes::check(std::span(&finger.spread, 1), 1); !good)
-    from.error_value(
-        "friction_between",
-        "two bounds of friction, the lower one first, not far from where the distribution lies");
+    from.diagnostics.error_value(from.find("friction_between"),
+                                 "two bounds of friction, the lower one first, not far from where "
+                                 "the distribution lies");
 }
 
 void read_waypoints(const Reader& from, FingerPlan& finger) {
-  finger.path = {{0, finger.point}};
+  start_path(finger);
   for (const NodeId node : from.items("waypoints")) {
     Real v[3];
     if (!from.numbers_at(node, v, kAnyNumber)) continue;
-    if (!(v[0] > finger.path.back().time))
-      from.diagnostics.error(node, "found time " + detail::written(v[0]) + " after " +
-                                       detail::written(finger.path.back().time) +
-                                       ", expected a later one");
-    finger.path.push_back({v[0], {v[1], v[2]}});
+    if (const auto fault = add_waypoint(finger, {v[0], {v[1], v[2]}}))
+      from.diagnostics.error(node, "found " + fault->found + ", expected " + fault->expected);
   }
-  if (finger.path.size() > 1) return;
-  const Vec2 velocity = pair_if(from, "velocity").value_or(Vec2{});
-  constexpr Real kForEver = 1e6;  // s
-  finger.path.push_back({kForEver, finger.point + kForEver * velocity});
-}
-
-/// Where the finger starts, and if it is steady where it goes to.
-void shift(FingerPlan& finger, Vec2 by) {
-  finger.point = finger.point + by;
-  finger.path[0].at = finger.point;
-  if (finger.path.size() == 2) finger.path[1].at = finger.path[1].at + by;
-}
-
-/// A point finger against an outline: the edge that it touches, or that it waits off.
-void place_on_edge(const Reader& from, const LaminaPlan& lamina, FingerPlan& finger) {
-  const Real tolerance = kTouch * modes::extent(lamina.outline);
-  const modes::Nearest at = modes::nearest_edge(lamina.outline, finger.point, tolerance);
-  finger.touches = at.distance <= tolerance;
-  const NodeId point = from.find("point");
-  const modes::Edge edge = modes::edge_of(lamina.outline, at.edge);
-  const Vec2 across = edge.normal;
-  if (!finger.touches) {
-    if (!from.has("normal")) finger.normal = across;
-    if (modes::is_inside(lamina.outline, finger.point))
-      from.diagnostics.error(point, "found a point " + detail::written(at.distance) +
-                                        " m inside the outline, expected one on it or outside");
-    return;
-  }
-  shift(finger, -dot(across, finger.point - edge.from) * across);
-  const bool told = from.has("normal");
-  if (at.is_corner && !told)
-    from.diagnostics.error(point, "found a corner of the outline, expected a \"normal\" too");
-  if (!at.is_corner && told && length(finger.normal - across) > 1e-6)
-    from.error("normal",
-               "found " + written(finger.normal) + ", expected the edge's own, " + written(across));
-  if (!told) finger.normal = across;
-}
-
-/// A flat finger: a corner of the lamina lies on it, or before it.
-void place_on_corner(const Reader& from, const LaminaPlan& lamina, FingerPlan& finger) {
-  const Real size = modes::extent(lamina.outline);
-  Real least = 1e300;
-  for (const Vec2 c : lamina.outline) least = std::min(least, dot(finger.normal, c - finger.point));
-  finger.touches = least <= kTouch * size;
-  if (finger.touches && least > -kTouch * size) shift(finger, least * finger.normal);
-  if (least < -kTouch * size)
-    from.error("point", "found a flat finger " + detail::written(-least) +
-                            " m inside the outline, expected it outside");
+  move_steadily(finger, pair_if(from, "velocity").value_or(Vec2{}));
 }
 
 std::optional<FingerPlan> read_finger(const Reading& reading, const Reader& from,
@@ -219,16 +148,14 @@ std::optional<FingerPlan> read_finger(const Reading& reading, const Reader& from
   read_friction(from, finger);
   read_waypoints(from, finger);
   if (from.diagnostics.error_count() != before || !from.has("point")) return std::nullopt;
-  const bool is_bare = lamina.outline.empty();
-  if (const Real size = length(finger.normal); size > 0)
-    finger.normal = 1 / size * finger.normal;
-  else if (from.has("normal"))
-    from.error_value("normal", "a direction: two numbers, not both 0");
-  else if (is_bare || finger.flat)
-    from.error("found no \"normal\", expected one: two numbers, into the lamina");
-  if (from.diagnostics.error_count() != before) return std::nullopt;
-  if (!is_bare && finger.flat) place_on_corner(from, lamina, finger);
-  if (!is_bare && !finger.flat) place_on_edge(from, lamina, finger);
+  if (from.has("normal") && !(length(finger.normal) > 0)) {
+    from.diagnostics.error_value(from.find("normal"), "a direction: two numbers, not both 0");
+    return std::nullopt;
+  }
+  if (const auto fault = place_finger(lamina, finger)) {
+    tell(from, *fault);
+    if (fault->place == LaminaFault::Place::finger) return std::nullopt;
+  }
   return finger;
 }
 
@@ -241,16 +168,7 @@ void read_fingers(const Reading& reading, const Reader& from, LaminaPlan& lamina
     const Reader item = reading.open(nodes[i], "finger");
     const auto finger = read_finger(reading, item, lamina, i + 1);
     if (!finger) continue;
-    for (std::size_t j = 0; j < lamina.fingers.size(); ++j) {
-      const FingerPlan& other = lamina.fingers[j];
-      if (other.name == finger->name)
-        reading.diagnostics.error(
-            nodes[i], "found the name \"" + finger->name + "\" again, expected another");
-      else if (length(other.point - finger->point) == 0 &&
-               length(other.normal - finger->normal) == 0)
-        reading.diagnostics.error(nodes[i], "found the point and the normal of \"" + other.name +
-                                                "\" again, expected another contact");
-    }
+    for (const LaminaFault& fault : repeated(lamina, *finger)) tell(item, fault);
     lamina.fingers.push_back(*finger);
   }
 }
@@ -273,11 +191,6 @@ bool read_value(const RowValue& row, Vec2& to) {
   return true;
 }
 
-Vec2 first_velocity(const FingerPlan& finger) {
-  const Waypoint &a = finger.path[0], &b = finger.path[1];
-  return 1 / (b.time - a.time) * (b.at - a.at);
-}
-
 std::optional<LaminaPlan> read_lamina(const Reading& reading, NodeId node, Vec3 gravity) {
   const Reader from = reading.open(node, "lamina");
   if (!from.is_object()) return std::nullopt;
@@ -291,10 +204,7 @@ std::optional<LaminaPlan> read_lamina(const Reading& reading, NodeId node, Vec3 
   lamina.centre = pair_if(from, "centre_of_mass").value_or(lamina.centre);
   const Vec2 force = pair_if(from, "force").value_or(Vec2{});
   lamina.force = {force.x + lamina.mass * gravity.x, force.y + lamina.mass * gravity.y};
-  if (lamina.load() == Vec3(0))
-    reading.diagnostics.error(node,
-                              "found no load, expected a \"force\", a \"torque\" or weight: "
-                              "without one all that the fingers allow holds without force");
+  if (const auto fault = check_load(lamina)) tell(from, *fault);
   if (is_bad) return std::nullopt;  // fingers would be misjudged
   read_fingers(reading, from, lamina);
   if (reading.diagnostics.error_count() != before) return std::nullopt;

@@ -2,12 +2,12 @@
 #include "engine/scene/lamina_bodies.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <span>
 
-#include "engine/geometry/surface.hpp"
 #include "engine/modes/outline.hpp"
 #include "engine/scene/build.hpp"
 #include "engine/world/lamina.hpp"
+#include "engine/world/lamina_shapes.hpp"
 #include "engine/world/timed_event.hpp"
 
 namespace pantin::detail {
@@ -16,36 +16,18 @@ using modes::Vec2;
 
 namespace {
 
-// Sizes beside the outline's extent: radius of a finger, thickness of all, length of a flat finger.
-constexpr Real kFinger = 0.02, kThick = 0.04, kFlat = 3;
-
 Vec3 spatial(Vec2 v) { return {v.x, v.y, 0}; }
 
-/// About the mass centre and z, of a plate of even thickness, kg m^2.
-Real inertia_of(const LaminaPlan& lamina) {
-  Real sum = 0;
-  const std::vector<Vec2>& o = lamina.outline;
-  for (std::size_t i = 0; i < o.size(); ++i) {
-    const Vec2 p = o[i] - lamina.centre, q = o[(i + 1) % o.size()] - lamina.centre;
-    sum += cross(p, q) * (dot(p, p) + dot(p, q) + dot(q, q)) / 12;
-  }
-  return lamina.mass * sum / modes::area(o);
+LaminaLook look_of(const LaminaPlan& lamina, std::uint32_t material) {
+  return {modes::extent(lamina.outline), material};
 }
+FingerTip tip_of(const FingerPlan& f) { return {spatial(f.normal), f.flat}; }
 
-std::vector<Shape> plate_of(const LaminaPlan& lamina, std::uint32_t material) {
-  const Real thick = kThick * modes::extent(lamina.outline);
-  std::vector<Shape> shapes;
-  for (const auto& piece : modes::convex_pieces(lamina.outline)) {
-    std::vector<Vec3> points;
-    for (const Vec2 c : piece)
-      for (const Real z : {-thick / 2, thick / 2})
-        points.push_back(spatial(c - lamina.centre) + Vec3(0, 0, z));
-    auto hull = make_hull(points);
-    if (!hull) continue;  // too thin to be drawn
-    Shape& shape = shapes.emplace_back();
-    shape.kind = ShapeKind::hull, shape.material = material, shape.surface = *hull;
-  }
-  return shapes;
+/// Corners about the mass centre.
+std::vector<Vec3> about_centre(const LaminaPlan& lamina, std::span<const Vec2> corners) {
+  std::vector<Vec3> about;
+  for (const Vec2 corner : corners) about.push_back(spatial(corner - lamina.centre));
+  return about;
 }
 
 BodyRecipe lamina_body(const LaminaPlan& lamina, const SolverSettings& how,
@@ -53,35 +35,27 @@ BodyRecipe lamina_body(const LaminaPlan& lamina, const SolverSettings& how,
   BodyRecipe body;
   body.name = lamina.name, body.is_lamina = true;
   BodyMassProperties& m = body.mass_properties;
-  const Real inertia = inertia_of(lamina);
-  m.mass = lamina.mass, m.inertia = {inertia / 2, inertia / 2, inertia};
+  m.mass = lamina.mass;
+  m.inertia = plate_inertia(about_centre(lamina, lamina.outline), lamina.mass);
   m.centre.position = spatial(lamina.centre),
   m.is_moved = lamina.centre.x != 0 || lamina.centre.y != 0;
-  m.shapes = plate_of(lamina, material);
+  std::vector<std::vector<Vec3>> pieces;
+  for (const auto& piece : modes::convex_pieces(lamina.outline))
+    pieces.push_back(about_centre(lamina, piece));
+  m.shapes = plate_shapes(pieces, look_of(lamina, material));
   body.solver = how;
   body.solver->solver = Solver::quasistatic;
-  body.collision = Collision{.friction = 1, .others = false, .self = false};
+  body.collision = lamina_collision();
   return body;
 }
 
-/// Friction of a pair is the root of the product: it is the finger's, and that of sliding.
 BodyRecipe finger_body(const LaminaPlan& lamina, const FingerPlan& f, std::uint32_t material) {
-  const Real size = modes::extent(lamina.outline);
+  const LaminaLook look = look_of(lamina, material);
   BodyRecipe body;
   body.name = body_name(lamina, f), body.body.motion = Motion::kinematic, body.is_finger = true;
-  body.pose.position = spatial(f.point - kFinger * size * f.normal);
-  Shape shape;
-  shape.material = material;
-  if (f.flat) {
-    shape.kind = ShapeKind::box;
-    shape.size = Vec3(kFinger, kFlat / 2, kThick / 2) * size;
-    const Real half = std::atan2(f.normal.y, f.normal.x) / 2;
-    shape.local.rotation = Quat(std::cos(half), 0, 0, std::sin(half));
-  } else {
-    shape.size = Vec3(kFinger * size, 0, 0);
-  }
-  body.mass_properties.shapes.push_back(shape);
-  body.collision = Collision{.friction = f.slide * f.slide, .others = false, .self = false};
+  body.pose.position = spatial(f.point) - finger_arm(tip_of(f), look);
+  body.mass_properties.shapes.push_back(finger_shape(tip_of(f), look));
+  body.collision = finger_collision(f.slide);
   return body;
 }
 
@@ -89,7 +63,7 @@ LaminaFinger finger_of(const LaminaPlan& lamina, const FingerPlan& f, Entity bod
   LaminaFinger finger;
   finger.body = body;
   finger.normal = spatial(f.normal);
-  finger.point = kFinger * modes::extent(lamina.outline) * finger.normal;
+  finger.point = finger_arm(tip_of(f), look_of(lamina, 0));
   finger.flat = f.flat, finger.roll = f.roll, finger.slide = f.slide;
   for (const Waypoint& w : f.path) finger.path.push_back({w.time, spatial(w.at)});
   return finger;
@@ -112,7 +86,7 @@ void add_laminas(const std::vector<LaminaPlan>& laminas, World& world) {
     if (!is_body(plan)) continue;
     const Entity body = world.find(plan.name);
     Lamina lamina;
-    for (const Vec2 corner : plan.outline) lamina.outline.push_back(spatial(corner - plan.centre));
+    lamina.outline = about_centre(plan, plan.outline);
     for (const FingerPlan& f : plan.fingers)
       lamina.fingers.push_back(finger_of(plan, f, world.find(body_name(plan, f))));
     laminas_of(world).add(body, std::move(lamina));

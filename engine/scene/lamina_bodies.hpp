@@ -2,7 +2,7 @@
 /// Laminas and their fingers as bodies of a scene.
 #include <vector>
 
-#include "engine/scene/lamina_plan.hpp"
+#include "engine/modes/lamina_plan.hpp"
 #include "engine/scene/recipe.hpp"
 
 namespace pantin::detail {

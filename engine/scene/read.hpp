@@ -9,11 +9,11 @@
 #include <utility>
 #include <vector>
 
+#include "engine/modes/lamina_plan.hpp"
 #include "engine/nurbs/spline.hpp"
 #include "engine/scene/bind.hpp"
 #include "engine/scene/json_recipe.hpp"
 #include "engine/scene/keys.hpp"
-#include "engine/scene/lamina_plan.hpp"
 #include "engine/scene/poll.hpp"
 #include "engine/scene/reader.hpp"
 #include "engine/scene/scene_files.hpp"

@@ -9,6 +9,7 @@
 #include "engine/scene/scene.hpp"
 #include "engine/scene/text_file.hpp"
 #include "engine/world/partition.hpp"
+#include "engine/world/ties.hpp"
 
 namespace pantin {
 
@@ -41,28 +42,28 @@ void detail::build_world(const BuiltScene& built, World& world) {
   links.reserve(built.joints.size());
   for (const BuiltJoint& j : built.joints) {
     const Entity a = entity(j.a), b = entity(j.b);
-    links.push_back(world.add_link(a, b, j.joint, j.name));
+    links.push_back(add_link(world, {a, b, j.joint}, j.name));
     if (j.drive) world.joint_drives.add(links.back(), *j.drive);
   }
   std::vector<Entity> gears, cables, pins;
   for (const BuiltGear& r : built.gears) {
     Gear ratio = r.ratio;
     ratio.first = links[r.first], ratio.second = links[r.second];
-    gears.push_back(world.add_gear(ratio, r.name));
+    gears.push_back(add_gear(world, ratio, r.name));
   }
   for (const BuiltBelt& b : built.belts) {
     Belt belt = b.belt;
     for (std::size_t i = 0; i < b.bodies.size(); ++i) belt.pulleys[i].body = entities[b.bodies[i]];
-    world.add_belt(belt, b.name);
+    add_belt(world, belt, b.name);
   }
   for (const BuiltSurfaceJoint& s : built.surface_joints) {
     SurfaceContact contact = s.contact;
     contact.a = entity(s.a), contact.b = entity(s.b);
-    world.add_surface_contact(contact, s.name);
+    add_surface_contact(world, contact, s.name);
   }
   for (const BuiltCable& s : built.cables) {
     const Entity a = entity(s.a), b = entity(s.b);
-    cables.push_back(world.add_cable(a, b, s.joint, s.name));
+    cables.push_back(add_cable(world, {a, b, s.joint}, s.name));
     for (const BuiltGuide& g : s.guides) {
       CableGuide guide = g.guide;
       guide.body = entity(g.body);

@@ -31,41 +31,6 @@ Entity World::add_body(const Body& body, std::string name) {
   return e;
 }
 
-Entity World::add_link(Entity a, Entity b, const Joint& joint, std::string name) {
-  const Entity e = create();
-  links.add(e, {a, b, joint});
-  set_name(*this, e, std::move(name));
-  return e;
-}
-
-Entity World::add_cable(Entity a, Entity b, const CableParameters& joint, std::string name) {
-  const Entity e = create();
-  cables.add(e, {a, b, joint});
-  set_name(*this, e, std::move(name));
-  return e;
-}
-
-Entity World::add_gear(const Gear& gear, std::string name) {
-  const Entity e = create();
-  gears.add(e, gear);
-  set_name(*this, e, std::move(name));
-  return e;
-}
-
-Entity World::add_belt(const Belt& belt, std::string name) {
-  const Entity e = create();
-  belts.add(e, belt);
-  set_name(*this, e, std::move(name));
-  return e;
-}
-
-Entity World::add_surface_contact(const SurfaceContact& contact, std::string name) {
-  const Entity e = create();
-  surface_contacts.add(e, contact);
-  set_name(*this, e, std::move(name));
-  return e;
-}
-
 Entity World::add_pin(const Pin& pin, std::string name) {
   const Entity e = create();
   pins.add(e, pin);

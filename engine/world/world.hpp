@@ -92,11 +92,6 @@ struct World {
   Entity create() { return entities.create(); }
   /// Adds a body with an optional name.
   Entity add_body(const Body& body, std::string name = {});
-  Entity add_link(Entity a, Entity b, const detail::Joint& joint, std::string name = {});
-  Entity add_gear(const detail::Gear& ratio, std::string name = {});
-  Entity add_belt(const detail::Belt& belt, std::string name = {});
-  Entity add_surface_contact(const detail::SurfaceContact& contact, std::string name = {});
-  Entity add_cable(Entity a, Entity b, const detail::CableParameters& joint, std::string name = {});
   /// Adds a pin to a body; destroy() removes it.
   Entity add_pin(const Pin& pin, std::string name = {});
 

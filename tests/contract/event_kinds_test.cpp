@@ -7,6 +7,7 @@
 #include "engine/base/archive.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/runtime/events.hpp"
+#include "engine/world/ties.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;
@@ -57,7 +58,7 @@ struct Things {
     ball = world.add_body(Body{});
     Joint joint;
     joint.kind = JointKind::hinge;
-    hinge = world.add_link(fixed, ball, joint);
+    hinge = add_link(world, {fixed, ball, joint});
     world.joint_drives.add(hinge, {});
   }
   /// An event on these, at `time`.

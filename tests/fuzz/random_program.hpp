@@ -16,6 +16,7 @@
 #include "engine/base/invariants.hpp"
 #include "engine/runtime/save.hpp"
 #include "tests/fuzz/random_event.hpp"
+#include "tests/fuzz/random_parts.hpp"
 
 namespace pantin::test::random_program {
 
@@ -383,6 +384,10 @@ class Program {
   }
 
   void ask(const World& world) {
+    draw_debug(world, {.bounds = true, .size = bytes_.number()}, [](const DebugLine& line) {
+      demand(is_finite(line.from) && is_finite(line.to), "lines are finite");
+    });
+    for (const Entity e : things_) contact_modes(world, e), contact_mode(world, e);
     const Queries queries(world);
     const Vec3 from = bytes_.numbers();
     (void)queries.cast_ray({from, bytes_.numbers()});
@@ -436,7 +441,11 @@ class Program {
 
   void act(World& world) {
     if (++acts_ > kMostActs) return;
-    switch (std::max(bytes_.pick(24), 3u)) {
+    switch (std::max(bytes_.pick(26), 1u)) {
+      case 1:
+        return add(world, random_joint(bytes_, thing(), thing()));
+      case 2:
+        return add(world, random_lamina(bytes_));
       case 3:
         return add_body(world);
       case 4:

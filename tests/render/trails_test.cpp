@@ -6,6 +6,7 @@
 #include "engine/nurbs/makers.hpp"
 #include "engine/render/marks.hpp"
 #include "engine/render/surface_mesh.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/render/pictures.hpp"
 
 using namespace pantin;
@@ -30,7 +31,7 @@ struct Pair {
     c.on_b.skin = std::make_shared<nurbs::Skin>(std::vector{nurbs::plane({}, 2, 2)}, 1e-9);
     c.known = c.touches = true;
     c.normal = {0, 1, 0};
-    joint = world.add_surface_contact(c);
+    joint = add_surface_contact(world, c);
   }
   Entity body(const Pose& pose) {
     const Entity e = world.create();

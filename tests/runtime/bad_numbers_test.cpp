@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/runtime/simulation.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/runtime/puppets.hpp"
 
 using namespace pantin;
@@ -39,7 +40,7 @@ struct Pair {
     Vec3 end(0);
     for (int i = 0; i < 6; ++i) {
       rods.push_back(w.add_body(rod({50 + kHalfLink * (2 * i + 1), 0, 0})));
-      w.add_link(above, rods.back(), {end, {-kHalfLink, 0, 0}});
+      add_link(w, {above, rods.back(), {end, {-kHalfLink, 0, 0}}});
       above = rods.back(), end = {kHalfLink, 0, 0};
     }
   }

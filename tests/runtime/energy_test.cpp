@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "engine/runtime/simulation.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/runtime/puppets.hpp"
 
 using namespace pantin;
@@ -27,7 +28,7 @@ World marionette() {
   w.paths.add(b, {rock});
   const auto cable = [&](Entity e, Vec3 on_bar, Vec3 anchor) {
     const Vec3 from = bar.pose.position + on_bar, to = to_world(w.bodies[e].pose, anchor);
-    w.add_cable(b, e, {on_bar, anchor, glm::length(to - from), 0});
+    add_cable(w, {b, e, {on_bar, anchor, glm::length(to - from), 0}});
   };
   const Entity trunk = w.add_body(rod({0, 0, 0}));
   w.bodies[trunk].mass = 4, w.bodies[trunk].inertia = {0.01, 0.04, 0.04};
@@ -35,8 +36,8 @@ World marionette() {
     for (Real up : {0.0, -0.15}) {
       const Entity upper = w.add_body(rod({side * 2 * kHalfLink, up, 0}));
       const Entity lower = w.add_body(rod({side * 4 * kHalfLink, up, 0}));
-      w.add_link(trunk, upper, {{side * kHalfLink, up, 0}, {-side * kHalfLink, 0, 0}});
-      w.add_link(upper, lower, {{side * kHalfLink, 0, 0}, {-side * kHalfLink, 0, 0}});
+      add_link(w, {trunk, upper, {{side * kHalfLink, up, 0}, {-side * kHalfLink, 0, 0}}});
+      add_link(w, {upper, lower, {{side * kHalfLink, 0, 0}, {-side * kHalfLink, 0, 0}}});
       cable(lower, {side * 0.3, 0, up}, {side * kHalfLink, 0, 0});
     }
   cable(trunk, {-0.05, 0, 0}, {-0.05, 0.05, 0}), cable(trunk, {0.05, 0, 0}, {0.05, 0.05, 0});

@@ -6,6 +6,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/runtime/energy_account.hpp"
 #include "engine/runtime/simulation.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/runtime/puppets.hpp"
 
 using namespace pantin;
@@ -39,7 +40,7 @@ World led_stick() {
   Body stick = rod({kHalfLink, 0, 0});
   stick.drag = 0;
   const Entity s = w.add_body(stick, "stick");
-  w.add_link(h, s, {{}, {-kHalfLink, 0, 0}});
+  add_link(w, {h, s, {{}, {-kHalfLink, 0, 0}}});
   return w;
 }
 
@@ -140,7 +141,7 @@ TEST_CASE("angular momentum that turns by itself is told, of what is held it is 
       if (is_held) {
         Body hook;
         hook.motion = Motion::fixed;
-        w.add_link(w.add_body(hook), e, {{}, {-kHalfLink, 0, 0}});
+        add_link(w, {w.add_body(hook), e, {{}, {-kHalfLink, 0, 0}}});
       }
       w.gravity = Vec3(0);
       Simulation sim = Simulation::copy_of(w, {1e-3});
@@ -205,7 +206,7 @@ TEST_CASE("a cable between bodies that cannot come nearer is told with what it i
     Body far;
     far.motion = Motion::fixed, far.pose.position = {-apart, 0, 0};
     // From the first rod's hook, which cannot move.
-    const Entity c = w.add_cable(w.add_body(far), chain.rods[0], {{}, {-kHalfLink, 0, 0}, 1, 0});
+    const Entity c = add_cable(w, {w.add_body(far), chain.rods[0], {{}, {-kHalfLink, 0, 0}, 1, 0}});
     const Simulation sim = watched(w, 1.0 / 60, 0.2);
     const Finding* taut = find(sim, FindingKind::cable_overlong);
     INFO(apart);

@@ -5,6 +5,7 @@
 #include "engine/geometry/surface.hpp"
 #include "engine/nurbs/makers.hpp"
 #include "engine/runtime/monitor.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/runtime/watches.hpp"
 #include "tests/solvers/solids.hpp"
 
@@ -76,7 +77,7 @@ TEST_CASE("a wheel that a joint holds at its centre has a size, and rounding is 
   World w;
   const Entity wheel = w.add(RigidBody{.mass = 1.0, .inertia = Mat3(0.04)}).value();
   const Entity base = w.add(RigidBody{.motion = Motion::fixed}).value();
-  w.add_link(base, wheel, {{}, {}});
+  add_link(w, {base, wheel, {{}, {}}});
   const World start = built(std::move(w));
   for (const Real gap : {1e-12, 1.9e-4, 2.1e-4}) {  // a thousandth of 0.2 m
     const FindingList found =

@@ -5,6 +5,7 @@
 #include "engine/contact/contact.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/lagrangian/island.hpp"
+#include "engine/world/ties.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;
@@ -61,7 +62,7 @@ Real jump(int tied, Real restitution) {
     above = add_exact(w, {0, 3, 0}, 20);
     w.bodies[above].gravity_scale = 0;
   }
-  if (tied > 0) w.add_cable(above, ball, {Vec3(0), Vec3(0), 3.5, 0});
+  if (tied > 0) add_cable(w, {above, ball, {Vec3(0), Vec3(0), 3.5, 0}});
   Simulation sim = Simulation::copy_of(w, {1.0 / 240});
   Real highest = 0;
   bool hit = false;
@@ -92,7 +93,7 @@ Flyer add_flyer(World& w, Vec3 at) {
     f.tip = w.add_body(b);
     f.all.push_back(f.tip);
     if (i > 0) {
-      w.add_link(above, f.tip, {{0, -0.05, 0}, {0, 0.05, 0}});
+      add_link(w, {above, f.tip, {{0, -0.05, 0}, {0, 0.05, 0}}});
     } else {
       Pin p;
       p.body = f.tip, p.anchor = {0, 0.05, 0}, p.to = above, p.target = {0.5, 0, 0};
@@ -174,7 +175,7 @@ TEST_CASE("an island that changes within a step sits it out, whatever changes af
     sim.insert(Stage::before_contacts, [&](World& world, Real) {
       if (++ran == 20) {
         const Pose &beam = world.bodies[grown.beam].pose, &end = world.bodies[load].pose;
-        world.add_link(grown.beam, load, {to_local(beam, end.position), Vec3(0)});
+        add_link(world, {grown.beam, load, {to_local(beam, end.position), Vec3(0)}});
       }
       if (at_once) remove(world);
     });
@@ -202,7 +203,7 @@ TEST_CASE("a body feels the rope on it from when it is let go until it is held a
   Body b;
   b.drag = 0, b.mass = 1, b.inertia = Vec3(1e-2), b.pose.position = {0, -0.5, 0};
   const Entity load = w.add_body(b);
-  w.add_cable(beam, load, {Vec3(0), Vec3(0), 0.5, 0});
+  add_cable(w, {beam, load, {Vec3(0), Vec3(0), 0.5, 0}});
   Simulation sim = Simulation::copy_of(w, {1.0 / 240});
   const auto speed_after = [&](Motion motion) {
     sim.world.bodies[beam].motion = motion, sim.world.mark_dirty();
@@ -226,7 +227,7 @@ TEST_CASE("an island that cannot be stepped pulls at no body of another solver")
     const Entity first = w.add_body(b);
     b.pose.position = {0, -2, 0}, b.mass = tied ? 0.1 : -200;
     const Entity second = w.add_body(b);
-    w.add_link(first, second, {{0, -0.5, 0}, {0, 0.5, 0}});
+    add_link(w, {first, second, {{0, -0.5, 0}, {0, 0.5, 0}}});
     Pin p;
     p.body = first, p.anchor = {0, 1, 0}, p.to = beam;
     w.add_pin(p);

@@ -4,6 +4,7 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/runtime/simulation.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/solids.hpp"
 
 using namespace pantin;
@@ -57,7 +58,7 @@ World whirled_rods() {
     b.angular_velocity = {0, side == 0 ? 12 : -5, 0};
     b.velocity = glm::cross(b.angular_velocity, Vec3(x, 0, 0));
   }
-  w.add_link(rods[0], rods[1], {{0, -kHalf, 0}, {0, kHalf, 0}});
+  add_link(w, {rods[0], rods[1], {{0, -kHalf, 0}, {0, kHalf, 0}}});
   return w;
 }
 
@@ -77,9 +78,9 @@ TEST_CASE("energy that an integrator loses is told where cables act, blows of th
   rod.pose.position = {0.5, 0, 0}, rod.inertia = {1e-3, 1.0 / 12, 1.0 / 12};
   ball.pose.position = {1.5, 0, 0}, ball.inertia = Vec3(4e-3);
   const Entity hung = w.add_body(rod);
-  w.add_link(w.add_body(hook), hung, {{}, {-0.5, 0, 0}});
+  add_link(w, {w.add_body(hook), hung, {{}, {-0.5, 0, 0}}});
   // From beside the rod to beside the ball: it lets go and goes taut again.
-  w.add_cable(hung, w.add_body(ball), {{0, 1, 0}, {1.5, 0, 0}, std::sqrt(7.25), 0});
+  add_cable(w, {hung, w.add_body(ball), {{0, 1, 0}, {1.5, 0, 0}, std::sqrt(7.25), 0}});
   for (const Real h : {1.0 / 240, 1.0 / 960}) {
     ask(w, Solver::lagrangian, Integrator::euler);
     CHECK(losses_of(w, h, 2) > 0);
@@ -102,8 +103,8 @@ TEST_CASE("what a blow of a cable is paid for is no more than its impulse can ta
                                         .drag = 0})
                             .value();
     const Entity hook = w.add(RigidBody{.motion = Motion::fixed}).value();
-    w.add_link(hook, rod, {{}, {0, 0.5, 0}});
-    w.add_cable(rod, ball, {{0, -0.5, 0}, {}, 0.5, 0});  // taut from the start
+    add_link(w, {hook, rod, {{}, {0, 0.5, 0}}});
+    add_cable(w, {rod, ball, {{0, -0.5, 0}, {}, 0.5, 0}});  // taut from the start
     INFO(mass);
     ask(w, Solver::lagrangian, Integrator::euler);
     CHECK(losses_of(w, 1.0 / 60, 1) > 0);

@@ -8,6 +8,7 @@
 
 #include "engine/runtime/save.hpp"
 #include "engine/world/faults.hpp"
+#include "engine/world/ties.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;
@@ -207,7 +208,7 @@ TEST_CASE("more joints of a body to fixed ones than can be solved for are told l
     Body fixed;
     fixed.motion = Motion::fixed;
     const Entity wall = w.add_body(fixed, "wall");
-    for (int i = 0; i < count; ++i) w.add_link(wall, body, {{0.01 * i, 0, 0}, {0.01 * i, 0, 0}});
+    for (int i = 0; i < count; ++i) add_link(w, {wall, body, {{0.01 * i, 0, 0}, {0.01 * i, 0, 0}}});
     check_told(std::move(w), body, count == 129 ? "129 joints to fixed bodies" : "");
   }
 }

@@ -3,6 +3,7 @@
 /// knows.
 #include <vector>
 
+#include "engine/world/ties.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin::test {
@@ -35,7 +36,7 @@ inline Chain hung_chain(int count) {
   Vec3 end(0);
   for (int i = 0; i < count; ++i) {
     const Entity below = chain.world.add_body(rod({kHalfLink * (2 * i + 1), 0, 0}));
-    chain.links.push_back(chain.world.add_link(above, below, {end, {-kHalfLink, 0, 0}}));
+    chain.links.push_back(add_link(chain.world, {above, below, {end, {-kHalfLink, 0, 0}}}));
     chain.rods.push_back(below);
     above = below, end = {kHalfLink, 0, 0};
   }
@@ -65,11 +66,11 @@ inline Puppet swaying_puppet() {
   p.trunk = w.add_body(rod({0, 0, 0}), "trunk");
   p.left = w.add_body(rod({-2 * kHalfLink, 0, 0}), "left");
   p.right = w.add_body(rod({2 * kHalfLink, 0, 0}), "right");
-  p.link = w.add_link(p.trunk, p.left, {{-kHalfLink, 0, 0}, {kHalfLink, 0, 0}});
-  w.add_link(p.trunk, p.right, {{kHalfLink, 0, 0}, {-kHalfLink, 0, 0}});
-  p.string = w.add_cable(p.bar, p.left, {{-0.3, 0, 0}, {-kHalfLink, 0, 0}, 1.0, 0});
-  w.add_cable(p.bar, p.right, {{0.3, 0, 0}, {kHalfLink, 0, 0}, 1.02, 1e-4});
-  w.add_cable(p.bar, p.trunk, {Vec3(0), Vec3(0), 1.05, 0});
+  p.link = add_link(w, {p.trunk, p.left, {{-kHalfLink, 0, 0}, {kHalfLink, 0, 0}}});
+  add_link(w, {p.trunk, p.right, {{kHalfLink, 0, 0}, {-kHalfLink, 0, 0}}});
+  p.string = add_cable(w, {p.bar, p.left, {{-0.3, 0, 0}, {-kHalfLink, 0, 0}, 1.0, 0}});
+  add_cable(w, {p.bar, p.right, {{0.3, 0, 0}, {kHalfLink, 0, 0}, 1.02, 1e-4}});
+  add_cable(w, {p.bar, p.trunk, {Vec3(0), Vec3(0), 1.05, 0}});
 
   Pin pull;
   pull.body = p.left;

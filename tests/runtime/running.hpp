@@ -8,6 +8,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/runtime/puppets.hpp"
 
 namespace pantin::test {
@@ -73,20 +74,20 @@ inline World geared_wheels(Integrator integrator) {
     wheel.angular_velocity = {2, 0, 0};
     wheels[i] = w.add_body(wheel);
     Joint j{{0.5 * i, 0, 0}, {0, -0.1, 0}, JointKind::hinge};
-    links[i] = w.add_link(base, wheels[i], j);
+    links[i] = add_link(w, {base, wheels[i], j});
   }
   w.bodies[wheels[1]].angular_velocity = {4, 0, 0};
   JointParameters& e = w.links[links[0]].joint.parameters.edit();
   e.rotation.spring = {3, 0.1, 0.2};
   e.rotation.motor = {MotorKind::velocity, 30, 2, 0, 5};
-  w.add_gear({links[0], links[1], false, false, 2, 0, false});
+  add_gear(w, {links[0], links[1], false, false, 2, 0, false});
   Body bob;
   bob.pose.position = {1, 0, 0};
   const Entity hanging = w.add_body(bob);
   Joint ball{{0.5, 0, 0}, {-0.5, 0, 0}, JointKind::ball};
   ball.limits = JointLimits{{}, {}, {true, 0.6, 0.6}, 0, 0, 0};
-  w.add_link(base, hanging, ball);
-  w.add_cable(base, hanging, {Vec3(0), {0.1, 0, 0}, 1.15, 0});
+  add_link(w, {base, hanging, ball});
+  add_cable(w, {base, hanging, {Vec3(0), {0.1, 0, 0}, 1.15, 0}});
   return w;
 }
 
@@ -101,7 +102,7 @@ inline World chain_on_beam() {
   w.settings.add(b, lagrangian);
   Body ground;
   ground.motion = Motion::fixed;
-  w.add_link(w.add_body(ground), b, {{0, 0.5, 0}, {0, 0.5, 0}, JointKind::ball});
+  add_link(w, {w.add_body(ground), b, {{0, 0.5, 0}, {0, 0.5, 0}, JointKind::ball}});
   Entity above;
   for (int i = 0; i < 3; ++i) {
     const Entity rod_i = w.add_body(rod({0.3 + kHalfLink * (2 * i + 1), 0, 0}));
@@ -110,7 +111,7 @@ inline World chain_on_beam() {
       pin.body = rod_i, pin.anchor = {-kHalfLink, 0, 0}, pin.target = {0.3, 0, 0}, pin.to = b;
       w.add_pin(pin);
     } else {
-      w.add_link(above, rod_i, {{kHalfLink, 0, 0}, {-kHalfLink, 0, 0}});
+      add_link(w, {above, rod_i, {{kHalfLink, 0, 0}, {-kHalfLink, 0, 0}}});
     }
     above = rod_i;
   }

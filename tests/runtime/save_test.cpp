@@ -9,6 +9,7 @@
 
 #include "engine/base/archive.hpp"
 #include "engine/joints/kinds.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/runtime/running.hpp"
 
 using namespace pantin;
@@ -98,7 +99,7 @@ TEST_CASE("settings that wait for mark_dirty are saved as the islands have them"
   Joint ball;
   ball.anchor_b = {-0.5, 0, 0};
   const Entity at = start.add_body(beam);
-  start.add_link(at, start.add_body(rod), ball);
+  add_link(start, {at, start.add_body(rod), ball});
   World running = after(start, 5);
   running.default_settings.step_tolerance = 0;  // the islands keep theirs until they are recompiled
   const auto bytes = world_to_bytes(running);
@@ -157,7 +158,7 @@ TEST_CASE("a joint of the user's own kind cannot be saved, and this is said") {
   Joint joint;
   joint.kind = JointKind::custom;
   joint.parameters.edit().custom = std::make_shared<Tie>();
-  w.add_link(w.bodies.owners()[0], w.bodies.owners()[1], joint);
+  add_link(w, {w.bodies.owners()[0], w.bodies.owners()[1], joint});
   const auto bytes = world_to_bytes(w);
   REQUIRE_FALSE(bytes);
   CHECK(bytes.errors()[0].message.find("CustomJoint") != std::string::npos);

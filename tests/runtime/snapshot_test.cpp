@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "engine/runtime/simulation.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/runtime/puppets.hpp"
 
 using namespace pantin;
@@ -81,7 +82,7 @@ TEST_CASE("the number of threads does not change a bit") {
     hook.pose.position = {0, 0, 1.0 * i};
     const Entity above = world.add_body(hook);
     const Entity below = world.add_body(rod({kHalfLink, 0, 1.0 * i}));
-    world.add_link(above, below, {Vec3(0), {-kHalfLink, 0, 0}});
+    add_link(world, {above, below, {Vec3(0), {-kHalfLink, 0, 0}}});
   }
   Simulation one = Simulation::copy_of(world), four = Simulation::copy_of(world);
   four.settings.threads = 4;

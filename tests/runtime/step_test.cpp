@@ -7,6 +7,7 @@
 
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/articulated/island.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/runtime/puppets.hpp"
 
 using namespace pantin;
@@ -147,8 +148,8 @@ TEST_CASE("a number that is not finite is reported with its body, and its neighb
 TEST_CASE("structures that cannot be solved are left out and named") {
   Chain chain = hung_chain(3);
   World& w = chain.world;
-  const Entity self = w.add_link(chain.rods[1], chain.rods[1], {Vec3(0), Vec3(0)});
-  const Entity nobody = w.add_link(chain.rods[1], Entity{77, 0}, {Vec3(0), Vec3(0)});
+  const Entity self = add_link(w, {chain.rods[1], chain.rods[1], {Vec3(0), Vec3(0)}});
+  const Entity nobody = add_link(w, {chain.rods[1], Entity{77, 0}, {Vec3(0), Vec3(0)}});
   Simulation simulation = Simulation::copy_of(w);
   simulation.step();
   std::vector<Entity> named;

@@ -8,6 +8,7 @@
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/solver.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/runtime/puppets.hpp"
 
 using namespace pantin;
@@ -65,13 +66,14 @@ struct Zoo {
     lagrangian.solver = Solver::lagrangian;
     for (int i = 0; i < 2; ++i) {
       exact.push_back(world.add_body(rod({-5 + kHalfLink * (2 * i + 1), 2, 0})));
-      links.push_back(world.add_link(above, exact.back(), {end, {-kHalfLink, 0, 0}}));
+      links.push_back(add_link(world, {above, exact.back(), {end, {-kHalfLink, 0, 0}}}));
       world.settings.add(exact.back(), lagrangian);
       above = exact.back(), end = {kHalfLink, 0, 0};
     }
     for (int i = 0; i < 3; ++i) {
       rope.push_back(world.add_body(rod({-5 + kHalfLink * (2 * i + 5), 2, 0})));
-      if (i > 0) links.push_back(world.add_link(rope[i - 1], rope[i], {end, {-kHalfLink, 0, 0}}));
+      if (i > 0)
+        links.push_back(add_link(world, {rope[i - 1], rope[i], {end, {-kHalfLink, 0, 0}}}));
     }
     Pin hold;
     hold.body = rope[0], hold.anchor = {-kHalfLink, 0, 0}, hold.to = exact[1];
@@ -140,7 +142,7 @@ std::vector<Change> changes() {
          lagrangian.solver = Solver::lagrangian;
          const Entity e = w.add_body(rod({-7, 0.3 * n, 0}));
          w.settings.add(e, lagrangian);
-         if (n == 3) w.add_link(z.exact[1], e, {Vec3(0, 0.3, 0), Vec3(0)});
+         if (n == 3) add_link(w, {z.exact[1], e, {Vec3(0, 0.3, 0), Vec3(0)}});
        }},
       {"another pin",
        [](Zoo& z, World& w, int n) {
@@ -222,8 +224,8 @@ TEST_CASE("islands that a change does not concern go on in the same bits, wherev
           if (const auto* s = z.paths.find(was)) start.paths.add(now[i], *s);
         }
         const auto of = [&](Entity e) { return e ? now[z.bodies.slot(e)] : Entity{}; };
-        for (const Link& l : z.links.values()) start.add_link(of(l.a), of(l.b), l.joint);
-        for (const Cable& s : z.cables.values()) start.add_cable(of(s.a), of(s.b), s.joint);
+        for (const Link& l : z.links.values()) add_link(start, {of(l.a), of(l.b), l.joint});
+        for (const Cable& s : z.cables.values()) add_cable(start, {of(s.a), of(s.b), s.joint});
         for (Pin p : z.pins.values()) p.body = of(p.body), p.to = of(p.to), start.add_pin(p);
       }
       Simulation changed = Simulation::copy_of(start, {1.0 / 60, substeps}),

@@ -2,7 +2,7 @@
 #include <sstream>
 
 #include "engine/modes/feasible.hpp"
-#include "engine/scene/lamina_plan.hpp"
+#include "engine/modes/lamina_plan.hpp"
 #include "engine/world/lamina.hpp"
 #include "tests/scene/claims.hpp"
 

@@ -1,6 +1,7 @@
 // How near the motion of chains is to that of minimal coordinates, and of which order it is.
 #include <catch2/catch.hpp>
 
+#include "engine/world/ties.hpp"
 #include "tests/solvers/chains.hpp"
 #include "tests/solvers/trees.hpp"
 
@@ -120,7 +121,7 @@ TEST_CASE("in space too the error falls with the square of the step") {
       // One rigid turn about the holder, which no joint hinders.
       b.angular_velocity = {0, 2, 1}, b.velocity = glm::cross(b.angular_velocity, b.pose.position);
       const Entity e = w.add_body(b);
-      w.add_link(before, e, {out, {-0.15, 0, 0}});
+      add_link(w, {before, e, {out, {-0.15, 0, 0}}});
       before = e, out = {0.15, 0, 0};
       made.push_back(e);
     }

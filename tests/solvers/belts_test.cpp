@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "engine/contact/contact.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/solids.hpp"
 
 using namespace pantin;
@@ -231,7 +232,7 @@ TEST_CASE("a chain laid along a belt is carried, and takes no more than friction
       if (i > 0) {
         Joint joint;
         joint.anchor_a = {half, 0, 0}, joint.anchor_b = {-half, 0, 0};
-        w.add_link(before, e, joint);
+        add_link(w, {before, e, joint});
       }
       before = e;
     }

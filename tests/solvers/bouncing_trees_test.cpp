@@ -1,6 +1,7 @@
 // Pendulums that bounce, off a wall and in a row: impacts of restitution 1 keep energy.
 #include <catch2/catch.hpp>
 
+#include "engine/world/ties.hpp"
 #include "tests/solvers/exact.hpp"
 #include "tests/solvers/solids.hpp"
 
@@ -25,7 +26,7 @@ Entity hang(World& w, Entity ceiling, Real x, Real angle) {
       add_solid(w, ball_shape(kRadius), {anchor + turned * Vec3(0, -kLength, 0), turned},
                 Motion::dynamic, elastic());
   const Joint hinge = joint_at(w, ceiling, e, JointKind::hinge, anchor, frame_along({0, 0, 1}));
-  w.add_link(ceiling, e, hinge);
+  add_link(w, {ceiling, e, hinge});
   return e;
 }
 

@@ -1,6 +1,7 @@
 // Cables pull and never push.
 #include <catch2/catch.hpp>
 
+#include "engine/world/ties.hpp"
 #include "tests/solvers/chains.hpp"
 #include "tests/solvers/trees.hpp"
 
@@ -40,7 +41,7 @@ TEST_CASE("a slack string does nothing at all") {
     Body b = ball(start);
     b.velocity = velocity, b.angular_velocity = {1, 2, 3};
     const Entity e = w.add_body(b);
-    w.add_cable(top, e, {Vec3(0), {0, 0.05, 0}, length, 0});
+    add_cable(w, {top, e, {Vec3(0), {0, 0.05, 0}, length, 0}});
     return e;
   };
   const Entity a = throw_ball(near, 5), b = throw_ball(far, 50);
@@ -68,11 +69,11 @@ TEST_CASE("a taut string is never longer than it is, and its pull is never a pus
     Body b = ball(at, std::pow(10, dice.between(-1, 1)));
     b.velocity = 3.0 * dice.in_cube(1);
     const Entity first = w.add_body(b);
-    cables.push_back(w.add_cable(top, first, {Vec3(0), 0.05 * dice.direction(), length, 0}));
+    cables.push_back(add_cable(w, {top, first, {Vec3(0), 0.05 * dice.direction(), length, 0}}));
     if (i % 2 == 0) continue;
     b = ball(at + Vec3(0, -0.3, 0), std::pow(10, dice.between(-1, 1)));
     const Entity second = w.add_body(b);
-    cables.push_back(w.add_cable(first, second, {{0, -0.05, 0}, {0, 0.05, 0}, 0.4, 0}));
+    cables.push_back(add_cable(w, {first, second, {{0, -0.05, 0}, {0, 0.05, 0}, 0.4, 0}}));
   }
   Simulation sim(std::move(w), {1.0 / 60});
   const Real start = measure(sim.world).energy();
@@ -105,7 +106,7 @@ TEST_CASE("a weight hangs at the end of its string, with tension m g") {
     World w;
     const Entity top = wall(w);
     const Entity e = w.add_body(ball({0.3, -0.5, 0.1}, mass, 1.5));
-    const Entity s = w.add_cable(top, e, {Vec3(0), {0, 0.05, 0}, 0.8, 0});
+    const Entity s = add_cable(w, {top, e, {Vec3(0), {0, 0.05, 0}, 0.8, 0}});
     Simulation sim(std::move(w), {1.0 / 60});
     for (int i = 0; i < 60 * 40; ++i) sim.step();
     CHECK(glm::length(sim.world.bodies[e].pose.position - Vec3(0, -0.85, 0)) <= 1e-5);
@@ -120,8 +121,8 @@ TEST_CASE("two strings share a weight as statics demand") {
   const Entity top = wall(w);
   const Entity e = w.add_body(ball({0.05, -0.35, 0.02}, 2, 1.5));
   const Real right = std::hypot(0.5, 0.4);
-  const Entity a = w.add_cable(top, e, {{-0.3, 0, 0}, Vec3(0), 0.5, 0});
-  const Entity b = w.add_cable(top, e, {{0.5, 0, 0}, Vec3(0), right, 0});
+  const Entity a = add_cable(w, {top, e, {{-0.3, 0, 0}, Vec3(0), 0.5, 0}});
+  const Entity b = add_cable(w, {top, e, {{0.5, 0, 0}, Vec3(0), right, 0}});
   Simulation sim(std::move(w), {1.0 / 60});
   for (int i = 0; i < 60 * 40; ++i) sim.step();
   CHECK(glm::length(sim.world.bodies[e].pose.position - Vec3(0, -0.4, 0)) <= 1e-5);
@@ -135,7 +136,7 @@ TEST_CASE("an elastic string stretches by its compliance times the weight") {
   World w;
   const Entity top = wall(w);
   const Entity e = w.add_body(ball({0, -0.5, 0}, 2, 1));
-  const Entity s = w.add_cable(top, e, {Vec3(0), Vec3(0), 0.5, 0.004});
+  const Entity s = add_cable(w, {top, e, {Vec3(0), Vec3(0), 0.5, 0.004}});
   Simulation sim(std::move(w), {1.0 / 60});
   for (int i = 0; i < 60 * 40; ++i) sim.step();
   CHECK(span_of(sim.world, s) - 0.5 == Approx(0.004 * 2 * 9.81).epsilon(1e-5));
@@ -151,7 +152,7 @@ TEST_CASE("a string between two free bodies conserves their momentum") {
   b = ball({0.2, 0, 0}, 3);
   b.velocity = {1.5, 0, 0.2};
   const Entity right = w.add_body(b);
-  const Entity s = w.add_cable(left, right, {{-0.03, 0, 0}, {0.02, 0.01, 0}, 1, 0});
+  const Entity s = add_cable(w, {left, right, {{-0.03, 0, 0}, {0.02, 0.01, 0}, 1, 0}});
   Simulation sim(std::move(w), {1.0 / 60});
   const Measures start = measure(sim.world);
   int taut = 0;
@@ -173,8 +174,8 @@ TEST_CASE("a string that is just slack under a resting puppet does not tremble")
   World w;
   const Entity top = wall(w);
   const Entity e = w.add_body(ball({0, -0.5, 0}, 1, 0.5));
-  w.add_cable(top, e, {Vec3(0), Vec3(0), 0.5, 0});
-  const Entity loose = w.add_cable(top, e, {{0, -1, 0}, Vec3(0), 0.5 + 1e-9, 0});
+  add_cable(w, {top, e, {Vec3(0), Vec3(0), 0.5, 0}});
+  const Entity loose = add_cable(w, {top, e, {{0, -1, 0}, Vec3(0), 0.5 + 1e-9, 0}});
   Simulation sim(std::move(w), {1.0 / 60});
   for (int i = 0; i < 60; ++i) sim.step();
   const Vec3 at = sim.world.bodies[e].pose.position;
@@ -202,13 +203,13 @@ TEST_CASE("a puppet hung from four strings comes to rest, hands slack or not") {
       Body arm = ball({side * (0.2 + 0.2 * i), 0.15, 0}, 0.2, 0.8);
       arm.inertia = box_inertia(0.2, {0.1, 0.02, 0.02});
       const Entity e = w.add_body(arm);
-      w.add_link(before, e, {out, {-0.1 * side, 0, 0}});
+      add_link(w, {before, e, {out, {-0.1 * side, 0, 0}}});
       before = e, out = {0.1 * side, 0, 0};
     }
     hands.push_back(before);
-    w.add_cable(bar, body, {{0.1 * side, 0, 0}, {0.1 * side, 0.2, 0}, 0.8, 0});
+    add_cable(w, {bar, body, {{0.1 * side, 0, 0}, {0.1 * side, 0.2, 0}, 0.8, 0}});
     // The left hand is lifted, the right one's cable is too long to be felt.
-    w.add_cable(bar, before, {{0.5 * side, 0, 0}, {0.1 * side, 0, 0}, side < 0 ? 0.85 : 3, 0});
+    add_cable(w, {bar, before, {{0.5 * side, 0, 0}, {0.1 * side, 0, 0}, side < 0 ? 0.85 : 3, 0}});
   }
   Simulation sim(std::move(w), {1.0 / 60, 1, 1, true});
   StepReport report;
@@ -236,7 +237,7 @@ TEST_CASE("strings carry an upper body that whirls as long as they are short of 
   b.velocity = {0, 0, -rate * length * std::sin(angle)};
   b.angular_velocity = {0, rate, 0};
   const Entity e = w.add_body(b);
-  const Entity s = w.add_cable(top, e, {Vec3(0), Vec3(0), length, 0});
+  const Entity s = add_cable(w, {top, e, {Vec3(0), Vec3(0), length, 0}});
   Simulation sim(std::move(w), {1.0 / 240});
   Real worst = 0;
   for (int i = 0; i < 240 * 4; ++i) {
@@ -260,7 +261,7 @@ TEST_CASE("a handle that moves at once pulls a taut string without a spring back
       Body lead;
       lead.motion = Motion::kinematic, lead.pose.position = {1, arm, 0};
       const Entity handle = w.add_body(lead);
-      w.add_cable(handle, body, {Vec3(0), {0, arm, 0}, 1, 0});
+      add_cable(w, {handle, body, {Vec3(0), {0, arm, 0}, 1, 0}});
       Simulation sim(std::move(w), {h});
       sim.world.bodies[handle].pose.position.x += 3 * h;
       sim.world.bodies[handle].velocity = {3, 0, 0};
@@ -292,7 +293,7 @@ TEST_CASE("a ball swings on a taut string as on a rod, to second order") {
     Body b;
     b.drag = 0, b.mass = 1, b.inertia = Vec3(1e-3), b.pose.position = {1, 0, 0};
     const Entity ball = w.add_body(b);
-    w.add_cable(top, ball, {Vec3(0), Vec3(0), 1, 0});
+    add_cable(w, {top, ball, {Vec3(0), Vec3(0), 1, 0}});
     Simulation sim(std::move(w), {1 / rate});
     for (int i = 0; i < static_cast<int>(rate); ++i) sim.step();
     const Body& end = sim.world.bodies[ball];

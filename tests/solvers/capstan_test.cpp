@@ -10,6 +10,7 @@
 #include <catch2/catch.hpp>
 
 #include "engine/contact/contact.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/solids.hpp"
 
 using namespace pantin;
@@ -80,19 +81,19 @@ Capstan build(const Case& c) {
                   from_rotation_vector({0, 0, std::atan2(way.y, way.x) - kPi / 2})};
     const Entity e = add_solid(w, rod_shape(kRope, half), at, Motion::dynamic, surface, 5000);
     w.bodies[e].gravity_scale = 0;
-    if (i > 0) w.add_link(made.rope.back(), e, {{0, half, 0}, {0, -half, 0}});
+    if (i > 0) add_link(w, {made.rope.back(), e, {{0, half, 0}, {0, -half, 0}}});
     made.rope.push_back(e);
   }
   Body weight;
   weight.drag = 0, weight.mass = kWeight, weight.inertia = Vec3(1e-3);
   weight.pose.position = path.front();
   made.weight = w.add_body(weight);
-  w.add_link(made.weight, made.rope.front(), {Vec3(0), {0, -half, 0}});
+  add_link(w, {made.weight, made.rope.front(), {Vec3(0), {0, -half, 0}}});
   made.pull = glm::normalize(path.back() - path[path.size() - 2]);
   Body hand;
   hand.motion = Motion::kinematic, hand.pose.position = path.back();
   const Entity e = w.add_body(hand);
-  w.add_link(made.rope.back(), e, {{0, half, 0}, Vec3(0)});
+  add_link(w, {made.rope.back(), e, {{0, half, 0}, Vec3(0)}});
   KinematicPath drawn;  // at constant speed from the start: keyframes are at rest at both ends
   const Vec3 far = 100 * kSpeed / 1.5 * made.pull;
   drawn.curve = Keyframes{

@@ -5,6 +5,7 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/runtime/simulation.hpp"
+#include "engine/world/ties.hpp"
 
 namespace pantin::test {
 
@@ -42,7 +43,7 @@ inline World chain(const ChainSpec& s, std::vector<Entity>* bodies = nullptr) {
     const Entity e = world.add_body(b);
     if (bodies) bodies->push_back(e);
     const Vec3 bottom = i == 0 ? Vec3(0) : Vec3(0, -l / 2, 0);
-    if (before) world.add_link(before, e, {bottom, Vec3(0, l / 2, 0)});
+    if (before) add_link(world, {before, e, {bottom, Vec3(0, l / 2, 0)}});
     before = e;
     top = b.pose.position - q * Vec3(0, l / 2, 0);
     mass *= s.mass_ratio;

@@ -4,6 +4,7 @@
 
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/articulated/kernels.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/chains.hpp"
 #include "tests/solvers/trees.hpp"
 
@@ -55,7 +56,7 @@ RodTree rods(const Rods& spec) {
     const Vec3 own(0, 0.5 * l, 0);
     b.pose.position = joint - b.pose.rotation * own;
     const Entity e = t.world.add_body(b);
-    if (parent >= 0) t.world.add_link(t.bodies[p], e, {out, own});
+    if (parent >= 0) add_link(t.world, {t.bodies[p], e, {out, own}});
     if (parent < 0 && spec.held) {
       Pin pin;
       pin.body = e, pin.anchor = own;
@@ -231,8 +232,8 @@ TEST_CASE("limits that are far and slack cables cost no accuracy") {
     const Entity stick = w.add_body(b);
     Joint joint{Vec3(0), {0, 0.5, 0}};
     if (limited) joint.limits.edit().swing = {.on = true, .y = 3.1, .z = 3.1};
-    w.add_link(top, stick, joint);
-    if (tied) w.add_cable(top, stick, {Vec3(0), {0, -0.5, 0}, 50, 0});
+    add_link(w, {top, stick, joint});
+    if (tied) add_cable(w, {top, stick, {Vec3(0), {0, -0.5, 0}, 50, 0}});
     Simulation sim(std::move(w), {1.0 / 60, 1, 1, true});
     for (int i = 0; i < 120; ++i) CHECK(sim.step().limited == 0);
     return sim.world.bodies[stick].pose.position;
@@ -256,7 +257,7 @@ TEST_CASE("a chain that is led to and fro goes no faster than it can, at any ste
       b.drag = 0, b.mass = 0.06, b.inertia = 2e-4 * Vec3(1, 0.015, 1);
       b.pose.position = {0, -0.1 - 0.2 * i, 0};
       const Entity e = w.add_body(b);
-      w.add_link(before, e, {i == 0 ? Vec3(0) : Vec3(0, -0.1, 0), {0, 0.1, 0}});
+      add_link(w, {before, e, {i == 0 ? Vec3(0) : Vec3(0, -0.1, 0), {0, 0.1, 0}}});
       before = e;
     }
     Simulation sim(std::move(w), {1 / rate});

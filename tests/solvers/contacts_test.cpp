@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 
 #include "engine/solvers/articulated/push_out.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/solids.hpp"
 #include "tests/solvers/trees.hpp"
 
@@ -194,7 +195,7 @@ TEST_CASE("what strikes another body shares its momentum with it") {
     if (jointed) {
       const Entity tail =
           add_solid(w, ball_shape(0.1), {{1.5, 0.03, 0}, kIdentity}, Motion::dynamic);
-      w.add_link(b, tail, {{0.25, 0, 0}, {-0.25, 0, 0}});
+      add_link(w, {b, tail, {{0.25, 0, 0}, {-0.25, 0, 0}}});
     }
     w.bodies[a].velocity = {3, 0, 0};
     Simulation sim = Simulation::copy_of(w, {1.0 / 60});
@@ -223,7 +224,7 @@ TEST_CASE("a chain dragged over the ground stays above it") {
           add_solid(w, rod, {{-0.05 - 0.1 * i, 0.05, 0}, from_rotation_vector({0, 0, kPi / 2})},
                     Motion::dynamic, spares_own);
       // A capsule lies along its y, which points along -x here.
-      w.add_link(before, e, {before == handle ? Vec3(0) : Vec3(0, 0.05, 0), {0, -0.05, 0}});
+      add_link(w, {before, e, {before == handle ? Vec3(0) : Vec3(0, 0.05, 0), {0, -0.05, 0}}});
       before = e;
     }
     Simulation sim = Simulation::copy_of(w, {1.0 / rate});
@@ -278,7 +279,7 @@ TEST_CASE("contacts go the same way whatever the threads, and in a copy") {
         add_solid(w, box_shape({0.1, 0.05, 0.1}), {at, dice.rotation()}, Motion::dynamic, solid);
     const Entity b =
         add_solid(w, ball_shape(0.08), {at + Vec3(0.25, 0, 0), kIdentity}, Motion::dynamic, solid);
-    w.add_link(a, b, {to_local(w.bodies[a].pose, at + Vec3(0.12, 0, 0)), {-0.13, 0, 0}});
+    add_link(w, {a, b, {to_local(w.bodies[a].pose, at + Vec3(0.12, 0, 0)), {-0.13, 0, 0}}});
   }
   Simulation one = Simulation::copy_of(w, {1.0 / 60}),
              four = Simulation::copy_of(w, {1.0 / 60, 1, 4});

@@ -5,6 +5,7 @@
 #include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
+#include "engine/world/ties.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;
@@ -36,7 +37,7 @@ Tied rope_on_beam(Real mass, bool hinged, bool string) {
     hinge.kind = JointKind::hinge, hinge.anchor_b = {-0.5, 0, 0};
     const Quat rotation = from_rotation_vector({0, -kPi / 2, 0});
     hinge.frames.set(rotation, rotation);
-    w.add_link(w.add_body(ground), t.beam, hinge);
+    add_link(w, {w.add_body(ground), t.beam, hinge});
   } else {
     w.bodies[t.beam].velocity = {0, 1, 0};
   }
@@ -49,11 +50,11 @@ Tied rope_on_beam(Real mass, bool hinged, bool string) {
     if (i > 0) {
       Joint j;
       j.anchor_a = {0, -0.05, 0}, j.anchor_b = {0, 0.05, 0};
-      w.add_link(last, e, j);
+      add_link(w, {last, e, j});
     } else if (string) {
       CableParameters s;
       s.anchor_a = {0.5, 0, 0}, s.anchor_b = {0, 0.05, 0}, s.length = 0.1;
-      w.add_cable(t.beam, e, s);
+      add_cable(w, {t.beam, e, s});
     } else {
       Pin p;
       p.body = e, p.anchor = {0, 0.05, 0}, p.to = t.beam, p.target = {0.5, 0, 0};
@@ -145,7 +146,7 @@ Rest rest_on_plate(Solver of_ball, Real h) {
   const Quat up = from_rotation_vector({0, 0, kPi / 2});
   guide.frames.set(up, up);
   guide.parameters.edit().translation.spring = {2000, 200, 0};
-  w.add_link(w.add_body(ground), p, guide);
+  add_link(w, {w.add_body(ground), p, guide});
   Body ball;
   ball.mass = 2, ball.inertia = Vec3(0.008), ball.drag = 0.5, ball.pose.position = {0, 1.3, 0};
   const Entity e = w.add_body(ball);

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "engine/world/surface_start.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/surfaces.hpp"
 
 using namespace pantin;
@@ -17,7 +18,7 @@ Entity touch_by_curve(World& w, const SurfacePair& pair, const nurbs::Curve& cur
   const std::string why = place_surfaces(c, {w.bodies[c.a].pose, w.bodies[c.b].pose});
   INFO(why);
   REQUIRE(why.empty());
-  return w.add_surface_contact(c);
+  return add_surface_contact(w, c);
 }
 
 constexpr Real kRadius = 0.4, kLean = 1.2, kTurning = 2, kAcross = 0.04, kAxial = 0.08;

@@ -20,6 +20,7 @@
 #endif
 #define PANTIN_KERNELS unoptimised
 #include "engine/solvers/articulated/kernels.cpp"
+#include "engine/world/ties.hpp"
 #undef PANTIN_KERNELS
 #if defined(__clang__)
 #pragma clang optimize on
@@ -45,7 +46,7 @@ World everything() {
       b.pose.position += at;
       made.push_back(w.add_body(b));
     }
-    for (const Link& l : from.links.values()) w.add_link(in_w(l.a), in_w(l.b), l.joint);
+    for (const Link& l : from.links.values()) add_link(w, {in_w(l.a), in_w(l.b), l.joint});
     for (Pin p : from.pins.values()) p.body = in_w(p.body), p.target += at, w.add_pin(p);
     w.settings.add(made.front(), how);
   };
@@ -139,7 +140,7 @@ TEST_CASE("all builds of the kernels give the same bits at every stage") {
       Body wall;
       wall.motion = Motion::fixed;
       const Entity hook = t.world.add_body(wall);
-      t.world.add_link(hook, t.bodies[0], {Vec3(0), {0, 0.1, 0}});
+      add_link(t.world, {hook, t.bodies[0], {Vec3(0), {0, 0.1, 0}}});
     }
     for (Rule rule : {Rule::verlet, Rule::midpoint, Rule::euler, Rule::bdf2})
       for (bool least_displacement : {false, true})

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "engine/joints/kinds.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/chains.hpp"
 
 using namespace pantin;
@@ -26,7 +27,7 @@ World wheel(Entity* body) {
   *body = w.add_body(b);
   Joint hinge;
   hinge.kind = JointKind::hinge;
-  w.add_link(hub, *body, hinge);
+  add_link(w, {hub, *body, hinge});
   return w;
 }
 

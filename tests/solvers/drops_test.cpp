@@ -4,6 +4,7 @@
 #include <random>
 
 #include "engine/joints/kinds.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/solids.hpp"
 
 using namespace pantin;
@@ -59,10 +60,10 @@ World drop(Held held, unsigned seed) {
     const Entity e = add_solid(w, shape, {at, turned}, Motion::dynamic, rough);
     w.bodies[e].velocity = {0, -1, 0};
     if (i > 0 && held == Held::tied) {
-      w.add_cable(last, e, {Vec3(0), Vec3(0), any(1, 1.1) * glm::distance(at, before)});
+      add_cable(w, {last, e, {Vec3(0), Vec3(0), any(1, 1.1) * glm::distance(at, before)}});
     } else if (i > 0 && held != Held::free) {
       const Quat frame = glm::normalize(Quat(any(-1, 1), any(-1, 1), any(-1, 1), any(-1, 1)));
-      w.add_link(last, e, joint_of(held, frame, w.bodies[last].pose, w.bodies[e].pose));
+      add_link(w, {last, e, joint_of(held, frame, w.bodies[last].pose, w.bodies[e].pose)});
     }
     last = e, before = at;
   }

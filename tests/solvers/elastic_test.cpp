@@ -1,6 +1,7 @@
 // Elastic cables and spring pins store energy and give it back: what hangs on them swings.
 #include <catch2/catch.hpp>
 
+#include "engine/world/ties.hpp"
 #include "tests/solvers/chains.hpp"
 #include "tests/solvers/trees.hpp"
 
@@ -35,7 +36,7 @@ struct Bungee {
     const Entity top = w.add_body(nail);
     if (sways) w.paths.add(top, KinematicPath{sway});
     *jumper = w.add_body(ball(start, mass));
-    const Entity e = w.add_cable(top, *jumper, {Vec3(0), Vec3(0), length, compliance});
+    const Entity e = add_cable(w, {top, *jumper, {Vec3(0), Vec3(0), length, compliance}});
     if (cable) *cable = e;
     return w;
   }
@@ -183,7 +184,7 @@ TEST_CASE("two balls tied by an elastic string in free flight swing to and fro")
   w.gravity = Vec3(0);
   const Entity a = w.add_body(ball({0, 0, 0}, 1)), b = w.add_body(ball({1.2, 0, 0}, 3));
   w.bodies[a].velocity = {0.5, 0.3, 0};
-  w.add_cable(a, b, {Vec3(0), Vec3(0), 1, 1.0 / 200});
+  add_cable(w, {a, b, {Vec3(0), Vec3(0), 1, 1.0 / 200}});
   Simulation sim(std::move(w), {1.0 / 240, 1, 1, true});
   const Measures start = measure(sim.world);
   Real most = 0, least = 1e9;

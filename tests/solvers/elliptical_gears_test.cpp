@@ -5,6 +5,7 @@
 
 #include "engine/nurbs/makers.hpp"
 #include "engine/world/surface_start.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/surfaces.hpp"
 
 using namespace pantin;
@@ -53,7 +54,7 @@ Real error_of(const Gears& g, Integrator integrator, Real h, Real time) {
     Body b = solid(1, {inertia / 2, inertia / 2, inertia}, {at, turned(angle)});
     b.angular_velocity = {0, 0, rate};
     const Entity e = w.add_body(b);
-    w.add_link(ground, e, joint_at(w, ground, e, JointKind::hinge, at, frame_along({0, 0, 1})));
+    add_link(w, {ground, e, joint_at(w, ground, e, JointKind::hinge, at, frame_along({0, 0, 1}))});
     return e;
   };
   const Entity one = wheel(kOne, Vec3(0), g.start, g.rate);
@@ -66,7 +67,7 @@ Real error_of(const Gears& g, Integrator integrator, Real h, Real time) {
     on->pose.position = {-g.eccentricity * kHalf, 0, 0};
   }
   REQUIRE(place_surfaces(c, {w.bodies[c.a].pose, w.bodies[c.b].pose}).empty());
-  w.add_surface_contact(c);
+  add_surface_contact(w, c);
   Simulation sim(std::move(w), {h});
   const int steps = static_cast<int>(std::lround(time / h));
   for (int i = 0; i < steps; ++i) {

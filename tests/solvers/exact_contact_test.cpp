@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "engine/world/ties.hpp"
 #include "tests/base/random.hpp"
 #include "tests/solvers/exact.hpp"
 
@@ -58,7 +59,7 @@ Entity put_rod(World& w, Vec3 from, Vec3 to, const Collision& c) {
 }
 
 Entity hinge(World& w, Entity a, Entity b, Vec3 at) {
-  return w.add_link(a, b, joint_at(w, a, b, JointKind::hinge, at, frame_along({0, 0, 1})));
+  return add_link(w, {a, b, joint_at(w, a, b, JointKind::hinge, at, frame_along({0, 0, 1}))});
 }
 
 Collision surface(Real friction, Real restitution = 0) {
@@ -206,7 +207,7 @@ TEST_CASE("exact bodies hand on momentum when they meet") {
     World skew = exact_world(by, Vec3(0));
     Entity last = put_rod(skew, {0, 0, 0}, {0.4, 0, 0}, surface(0.5, 0.4));
     const Entity more = put_rod(skew, {0.4, 0, 0}, {0.8, 0.1, 0}, surface(0.5, 0.4));
-    skew.add_link(last, more, joint_at(skew, last, more, JointKind::ball, {0.4, 0, 0}));
+    add_link(skew, {last, more, joint_at(skew, last, more, JointKind::ball, {0.4, 0, 0})});
     const Entity flying =
         put(skew, box_of({0.1, 0.05, 0.07}), {{0.3, 0.5, 0.02}, kIdentity}, surface(0.5, 0.4));
     skew.bodies[flying].velocity = {0.3, -2, 0.1}, skew.bodies[flying].angular_velocity = {1, 2, 3};
@@ -237,7 +238,7 @@ TEST_CASE("a row of exact pendulums passes a blow on") {
       Joint j;
       j.kind = JointKind::hinge, j.anchor_a = {x, 0, 0}, j.anchor_b = {0, 1, 0};
       j.frames.set(frame_along({0, 0, 1}), frame_along({0, 0, 1}));
-      w.add_link(hook, balls.back(), j);
+      add_link(w, {hook, balls.back(), j});
     }
     Simulation sim = Simulation::copy_of(w, {1.0 / 240});
     Real first = 0, last = 0, energy = 0;
@@ -312,8 +313,8 @@ TEST_CASE("an exact chain laid on the floor comes to rest there") {
       links.push_back(put_rod(w, from, from + Vec3(0.08, 0.06, 0), c));
       weight += kGravity * w.bodies[links.back()].mass;
       if (i > 0)
-        w.add_link(links[i - 1], links[i],
-                   joint_at(w, links[i - 1], links[i], JointKind::ball, from));
+        add_link(w, {links[i - 1], links[i],
+                     joint_at(w, links[i - 1], links[i], JointKind::ball, from)});
     }
     Simulation sim = Simulation::copy_of(w, {1.0 / 60});
     sim.settings.measure = true;
@@ -352,7 +353,7 @@ TEST_CASE("the exact and the default solver agree on a rod that strikes a ball")
     const Entity hook = add_ground(w);
     const Entity rod = put_rod(w, {0, 0, 0}, {1, 0, 0}, surface(0));
     Joint j = joint_at(w, hook, rod, JointKind::hinge, Vec3(0), frame_along({0, 0, 1}));
-    w.add_link(hook, rod, j);
+    add_link(w, {hook, rod, j});
     const Entity post = put(w, ball_of(0.05), {{0.1, -0.8, 0}, kIdentity}, surface(0));
     w.bodies[post].gravity_scale = 0;
     Simulation sim = Simulation::copy_of(w, {1 / hz});
@@ -376,10 +377,10 @@ TEST_CASE("a limit holds when a contact pushes a joint against it") {
     const Entity thigh = put_rod(w, hip, knee, surface(0.5)),
                  shin = put_rod(w, knee, foot, surface(0.5));
     const Quat up = frame_along({0, 1, 0});
-    w.add_link(hook, thigh, joint_at(w, hook, thigh, JointKind::prismatic, hip, up));
+    add_link(w, {hook, thigh, joint_at(w, hook, thigh, JointKind::prismatic, hip, up)});
     Joint j = joint_at(w, thigh, shin, JointKind::hinge, knee, frame_along({0, 0, 1}));
     j.limits.edit().angle = {true, -0.001, 1};
-    const Entity bend = w.add_link(thigh, shin, j);
+    const Entity bend = add_link(w, {thigh, shin, j});
     Simulation sim = Simulation::copy_of(w, {1.0 / 120});
     Real least = 1;
     for (int i = 0; i < 240; ++i) {
@@ -412,9 +413,9 @@ TEST_CASE("random mechanisms that fall on the floor and a block keep their joint
         const Vec3 to = from + within(0.15, 0.4) * glm::normalize(way);
         const Entity e = put_rod(w, from, to, c);
         if (i > 0)
-          w.add_link(last, e,
-                     joint_at(w, last, e, kinds[(seed + i) % 4], from,
-                              frame_along(random.in_cube(1) + Vec3(0, 0, 2))));
+          add_link(w, {last, e,
+                       joint_at(w, last, e, kinds[(seed + i) % 4], from,
+                                frame_along(random.in_cube(1) + Vec3(0, 0, 2)))});
         start += kGravity * w.bodies[e].mass * w.bodies[e].pose.position.y;
         last = e, from = to;
       }

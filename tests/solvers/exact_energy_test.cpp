@@ -5,6 +5,7 @@
 
 #include "engine/joints/kinds.hpp"
 #include "engine/scene/scene.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/paths.hpp"
 #include "tests/solvers/solids.hpp"
 
@@ -54,7 +55,7 @@ World stopped_drop(unsigned seed) {
       JointLimits limits;
       limits.angle = {.on = true, .low = -dice.any(0.03, 0.25), .high = dice.any(0.03, 0.25)};
       j.limits = limits;
-      w.add_link(last, e, j);
+      add_link(w, {last, e, j});
     }
     last = e, before = at;
   }
@@ -86,7 +87,7 @@ World coned_tree(unsigned seed) {
     JointLimits limits;
     limits.swing.on = true, limits.swing.y = limits.swing.z = dice.any(0.25, 0.85);
     j.limits = limits;
-    w.add_link(bodies[parent], e, j);
+    add_link(w, {bodies[parent], e, j});
     bodies.push_back(e), tips.push_back(tips[parent] + way);
   }
   return w;

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "engine/contact/contact.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/solids.hpp"
 #include "tests/solvers/trees.hpp"
 
@@ -46,7 +47,7 @@ void add_figure(World& w, Vec3 at, Random& dice, const Collision& solid) {
       JointLimits limits;
       limits.swing.on = kind == 0, limits.swing.y = limits.swing.z = dice.between(0.5, 1.5);
       joint.limits = limits;
-      w.add_link(parent, e, joint);
+      add_link(w, {parent, e, joint});
     }
     bodies.push_back(e);
   }

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
+#include "engine/world/ties.hpp"
 #include "tests/solvers/solids.hpp"
 
 using namespace pantin;
@@ -40,7 +41,7 @@ World bridge(int planks, Real slack, PinKind kind = PinKind::exact) {
       pin.body = e, pin.anchor = -end, pin.target = {-0.5 * way, 2, 0};
       w.add_pin(pin);
     } else {
-      w.add_link(last, e, {end, -end});
+      add_link(w, {last, e, {end, -end}});
     }
     last = e;
   }
@@ -72,8 +73,8 @@ World net(int side, Real ball) {
     }
   const auto rod = [&](int from, int to, Vec3 middle, Quat turn) {
     const Entity e = add(w, rod_shape(0.012, 0.075), {middle, turn}, 0.02);
-    w.add_link(knots[static_cast<std::size_t>(from)], e, {Vec3(0), {0, -0.5 * mesh, 0}});
-    w.add_link(e, knots[static_cast<std::size_t>(to)], {{0, 0.5 * mesh, 0}, Vec3(0)});
+    add_link(w, {knots[static_cast<std::size_t>(from)], e, {Vec3(0), {0, -0.5 * mesh, 0}}});
+    add_link(w, {e, knots[static_cast<std::size_t>(to)], {{0, 0.5 * mesh, 0}, Vec3(0)}});
   };
   const Quat along_x = glm::angleAxis(-0.5 * kPi, Vec3(0, 0, 1)),
              along_z = glm::angleAxis(0.5 * kPi, Vec3(1, 0, 0));

@@ -5,6 +5,7 @@
 #include <limits>
 #include <pantin/measure.hpp>
 
+#include "engine/world/ties.hpp"
 #include "tests/solvers/exact.hpp"
 #include "tests/solvers/trees.hpp"
 
@@ -58,7 +59,7 @@ HingedTree hinged_tree(const Hinged& spec) {
       const Quat along = b.pose.rotation * from_rotation_vector({0, 0, kPi / 2});
       const Joint at =
           joint_at(t.world, t.bodies[p], e, kind, joint, spec.askew ? dice.rotation() : along);
-      t.links.push_back(t.world.add_link(t.bodies[p], e, at));
+      t.links.push_back(add_link(t.world, {t.bodies[p], e, at}));
     } else if (spec.held) {
       Pin pin;
       pin.body = e, pin.anchor = own;
@@ -128,7 +129,7 @@ Arm level_arm(Dof forces, Vec3 gravity = {0, -9.81, 0}) {
   a.arm = a.world.add_body(rod(1, 1, {{0.5, 0, 0}, kIdentity}));
   Joint j = joint_at(a.world, ground, a.arm, kHinge, Vec3(0), frame_along({0, 0, 1}));
   j.parameters.edit().rotation = forces;
-  a.hinge = a.world.add_link(ground, a.arm, j);
+  a.hinge = add_link(a.world, {ground, a.arm, j});
   return a;
 }
 constexpr Real kArmInertia = 1.0 / 3, kArmWeight = 9.81 / 2;  // kg m^2, N m about the hinge

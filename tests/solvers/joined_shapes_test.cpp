@@ -3,6 +3,7 @@
 
 #include "engine/nurbs/makers.hpp"
 #include "engine/world/surface_start.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/surfaces.hpp"
 
 using namespace pantin;
@@ -48,9 +49,9 @@ Wheels wheels(Solver solver) {
     const Entity e = s.world.add_body(b);
     give_shape(s.world, e, ShapeKind::cylinder, {0.101, 0.01, 0});
     s.world.shapes[e].list[0].local.rotation = from_rotation_vector({kPi / 2, 0, 0});
-    link = s.world.add_link(
-        ground, e,
-        joint_at(s.world, ground, e, JointKind::hinge, {x, 0, 0}, frame_along({0, 0, 1})));
+    link = add_link(s.world, {ground, e,
+                              joint_at(s.world, ground, e, JointKind::hinge, {x, 0, 0},
+                                       frame_along({0, 0, 1}))});
     return e;
   };
   s.one = wheel(0, 3, s.on_one), s.two = wheel(0.2, -3, s.on_two);
@@ -85,7 +86,7 @@ TEST_CASE("joined: wheels that roll on one another by curves do not touch as sha
     c.a = s.one, c.b = s.two, c.motion = SurfaceMotion::rolling;
     c.on_a.curve = c.on_b.curve = contact_curve(nurbs::circle({}, 0.1), OuterSide::right);
     REQUIRE(place_surfaces(c, {s.world.bodies[c.a].pose, s.world.bodies[c.b].pose}).empty());
-    s.world.add_surface_contact(c);
+    add_surface_contact(s.world, c);
     const Run found = run(std::move(s.world), 1e-3);
     CHECK(found.touched == 0);
     CHECK(std::abs(found.change) <= 1e-8);
@@ -97,7 +98,7 @@ TEST_CASE("joined: wheels of a gear do not touch as shapes, wheels without one d
   Gear gear;
   gear.first = s.on_one, gear.second = s.on_two, gear.ratio = -1;
   World loose = s.world;
-  s.world.add_gear(gear);
+  add_gear(s.world, gear);
   const Run found = run(std::move(s.world), 1e-3);
   CHECK(found.touched == 0);
   CHECK(std::abs(found.change) <= 1e-8);

@@ -1,6 +1,7 @@
 // One way up the tree and one down close every joint, whatever hangs on it.
 #include <catch2/catch.hpp>
 
+#include "engine/world/ties.hpp"
 #include "tests/solvers/stages.hpp"
 #include "tests/solvers/trees.hpp"
 
@@ -124,8 +125,8 @@ TEST_CASE("joint loads are what the neighbours feel: equal, opposite, and of the
   const Entity upper = world.add_body(b);
   b.mass = 3, b.pose.position = {0, -0.75, 0};
   const Entity lower = world.add_body(b);
-  world.add_link(holder, upper, {Vec3(0), {0, 0.25, 0}});
-  world.add_link(upper, lower, {{0, -0.25, 0}, {0, 0.25, 0}});
+  add_link(world, {holder, upper, {Vec3(0), {0, 0.25, 0}}});
+  add_link(world, {upper, lower, {{0, -0.25, 0}, {0, 0.25, 0}}});
   Simulation sim = Simulation::copy_of(world, {1.0 / 60});
   for (int i = 0; i < 20; ++i) sim.step();
   const articulated::Island& a = articulated::islands_of(sim.world)[0];

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "engine/joints/kinds.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/exact.hpp"
 
 using namespace pantin;
@@ -37,7 +38,7 @@ FourBar four_bar(Integrator integrator, bool lean, Real stretch = 0) {
     if (lean && i == 2) j.kind = JointKind::ball;
     if (lean && i == 1) j = joint_at(w, ends[i][0], ends[i][1], JointKind::universal, p[i]);
     if (i == 3) j.anchor_a.x += stretch;
-    f.links[i] = w.add_link(ends[i][0], ends[i][1], j);
+    f.links[i] = add_link(w, {ends[i][0], ends[i][1], j});
   }
   return f;
 }
@@ -51,7 +52,7 @@ World hanging_chain(int n, Integrator integrator, Real mass_ratio = 1, Real angl
   for (int i = 0; i < n; ++i) {
     const Real l = 0.2;
     const Entity e = w.add_body(rod(mass, l, {l * (i + 0.5) * way, q}));
-    w.add_link(before, e, joint_at(w, before, e, JointKind::ball, l * i * way));
+    add_link(w, {before, e, joint_at(w, before, e, JointKind::ball, l * i * way)});
     before = e;
     mass *= mass_ratio;
   }
@@ -124,7 +125,7 @@ TEST_CASE("islands that are not joined do not affect one another") {
     const World alone = both;
     Entity ground = both.bodies.owners()[0];
     const Entity other = both.add_body(rod(5, 1, {{3.5, 0, 0}, kIdentity}));
-    both.add_link(ground, other, joint_at(both, ground, other, JointKind::hinge, {3, 0, 0}, kZ));
+    add_link(both, {ground, other, joint_at(both, ground, other, JointKind::hinge, {3, 0, 0}, kZ)});
     Simulation one = Simulation::copy_of(alone, {2e-3}), two = Simulation::copy_of(both, {2e-3});
     for (int i = 0; i < 200; ++i) one.step(), two.step();
     CHECK(lagrangian::islands_of(two.world).size() == 2);
@@ -146,7 +147,7 @@ TEST_CASE("joints and bodies come and go, and the solver changes, without a jump
         Body b = rod(1, 0.2, {at + Vec3(0.1, 0, 0), kIdentity});
         b.velocity = sim.world.bodies[last].velocity;
         const Entity e = sim.world.add_body(b);
-        sim.world.add_link(last, e, joint_at(sim.world, last, e, JointKind::ball, at));
+        add_link(sim.world, {last, e, joint_at(sim.world, last, e, JointKind::ball, at)});
       }
       if (i % 60 == 30) {
         Solver& solver = sim.world.default_settings.solver;
@@ -178,7 +179,7 @@ TEST_CASE("snapshots and threads make no difference") {
       const Entity e = w.add_body(rod(1, 1, {{3.5 + 2 * i, 0, 0}, kIdentity}));
       const Entity ground = w.bodies.owners()[0];
       const Entity l =
-          w.add_link(ground, e, joint_at(w, ground, e, JointKind::hinge, {3 + 2 * i, 0, 0}, kZ));
+          add_link(w, {ground, e, joint_at(w, ground, e, JointKind::hinge, {3 + 2 * i, 0, 0}, kZ)});
       w.links[l].joint.limits.edit().angle = {true, -1, 0.2};
       w.links[l].joint.parameters.edit().restitution = 0.3 * i;
       w.links[l].joint.parameters.edit().rotation.spring.stiffness = i;
@@ -305,7 +306,7 @@ TEST_CASE("nonsense is told, and nothing moves") {
     const Entity ground = add_ground(z), body = z.add_body(solid(1, Vec3(0.1)));
     Joint j;
     j.kind = JointKind::spring, j.parameters.edit().translation.spring = {100, 1, 0};
-    z.add_link(ground, body, j);
+    add_link(z, {ground, body, j});
     Simulation zero = Simulation::copy_of(z, {1e-3});
     for (int i = 0; i < 100; ++i) zero.step();
     CHECK(finite(zero.world));
@@ -325,7 +326,7 @@ TEST_CASE("a fast top precesses as closed form has it") {
     const Entity top = w.add_body(b);
     Joint j;
     j.anchor_b = {-l, 0, 0};
-    w.add_link(ground, top, j);
+    add_link(w, {ground, top, j});
     Simulation sim = Simulation::copy_of(w, {2e-4});
     const Real start = measure(w).energy();
     for (int i = 0; i < 5000; ++i) REQUIRE(sim.step().status == Status::ok);

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "engine/joints/kinds.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/exact.hpp"
 
 using namespace pantin;
@@ -23,8 +24,8 @@ Single single(Integrator integrator, JointKind kind, const Body& body, Quat axes
   Single s;
   s.world = exact_world(integrator, gravity);
   s.ground = add_ground(s.world), s.body = s.world.add_body(body);
-  s.link =
-      s.world.add_link(s.ground, s.body, joint_at(s.world, s.ground, s.body, kind, Vec3(0), axes));
+  s.link = add_link(s.world,
+                    {s.ground, s.body, joint_at(s.world, s.ground, s.body, kind, Vec3(0), axes)});
   return s;
 }
 
@@ -124,9 +125,9 @@ TEST_CASE("a nut that is pushed or joined by another body stays where it is on i
   CHECK(step() <= 1.1 * even);
   const Entity rider = sim.world.add_body(solid(
       0.1, Vec3(0.01), {sim.world.bodies[s.body].pose.position + Vec3(0.2, 0, 0), kIdentity}));
-  sim.world.add_link(
-      s.body, rider,
-      joint_at(sim.world, s.body, rider, JointKind::ball, sim.world.bodies[s.body].pose.position));
+  add_link(sim.world, {s.body, rider,
+                       joint_at(sim.world, s.body, rider, JointKind::ball,
+                                sim.world.bodies[s.body].pose.position)});
   CHECK(step() <= 1.1 * even);
 }
 
@@ -158,12 +159,12 @@ TEST_CASE("a body at a distance swings like one on a ball joint") {
   const Entity bob = w.add_body(solid(2, kMoments, {1.5 * at, kIdentity}));
   Joint j;
   j.kind = JointKind::distance, j.parameters.edit().length = 1.5;
-  w.add_link(ground, bob, j);
+  add_link(w, {ground, bob, j});
   // ... and one on a ball joint has the length 1 + I / (m 1).
   const Entity ball = w.add_body(solid(2, Vec3(1), {at, from_rotation_vector({0, 0, start})}));
   Joint k;
   k.anchor_b = {0, 1, 0};
-  w.add_link(ground, ball, k);
+  add_link(w, {ground, ball, k});
   Simulation sim = Simulation::copy_of(w, {1e-3});
   REQUIRE(run(sim, 5).status == Status::ok);
   const Real miss =
@@ -222,11 +223,11 @@ TEST_CASE(
     const Entity b = w.add_body(solid(1, kMoments, {{0.1, 0, 0}, kIdentity}));
     Joint soft = joint_at(w, ground, a, JointKind::prismatic, Vec3(0));
     soft.anchor_b = Vec3(0), soft.parameters.edit().translation.spring.stiffness = 2;
-    w.add_link(ground, a, soft);
+    add_link(w, {ground, a, soft});
     Joint stiff;
     stiff.kind = JointKind::prismatic,
     stiff.parameters.edit().translation.spring.stiffness = stiffness;
-    w.add_link(a, b, stiff);
+    add_link(w, {a, b, stiff});
     Simulation sim = Simulation::copy_of(w, {h});
     const StepReport end = run(sim, 4);
     if (end.status != Status::ok) return Real(1e9);

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "engine/joints/kinds.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/exact.hpp"
 
 using namespace pantin;
@@ -24,8 +25,8 @@ Arm arm(Integrator integrator, Vec3 gravity = {0, -9.81, 0}) {
   a.world = exact_world(integrator, gravity);
   const Entity ground = add_ground(a.world);
   a.body = a.world.add_body(rod(1, 1, {{0.5, 0, 0}, kIdentity}));
-  a.link = a.world.add_link(ground, a.body,
-                            joint_at(a.world, ground, a.body, JointKind::hinge, Vec3(0), kZ));
+  a.link = add_link(
+      a.world, {ground, a.body, joint_at(a.world, ground, a.body, JointKind::hinge, Vec3(0), kZ)});
   return a;
 }
 
@@ -126,9 +127,9 @@ TEST_CASE("what rests on a stop is held by its joint") {
     World w = exact_world(integrator);
     const Entity ground = add_ground(w);
     const Entity body = w.add_body(solid(2, Vec3(0.1), {{0, 0.3, 0}, kIdentity}));
-    const Entity link = w.add_link(
-        ground, body,
-        joint_at(w, ground, body, JointKind::prismatic, Vec3(0, 0.3, 0), frame_along({0, 1, 0})));
+    const Entity link = add_link(w, {ground, body,
+                                     joint_at(w, ground, body, JointKind::prismatic,
+                                              Vec3(0, 0.3, 0), frame_along({0, 1, 0}))});
     w.links[link].joint.parameters.edit().travel = {true, -0.3, 1};
     Simulation sim = Simulation::copy_of(w, {1e-2});
     for (int i = 0; i < 100; ++i) REQUIRE(sim.step().status == Status::ok);
@@ -147,8 +148,8 @@ TEST_CASE("rank and freedoms of loops that run through one body on many joints")
       const Real x = i / 4.0;
       const Entity leg =
           w.add_body(rod(1, 1, {{x, 0.5, 0}, from_rotation_vector({0, 0, kPi / 2})}));
-      w.add_link(ground, leg, joint_at(w, ground, leg, JointKind::hinge, {x, 0, 0}, kZ));
-      w.add_link(leg, top, joint_at(w, leg, top, JointKind::hinge, {x, 1, 0}, kZ));
+      add_link(w, {ground, leg, joint_at(w, ground, leg, JointKind::hinge, {x, 0, 0}, kZ)});
+      add_link(w, {leg, top, joint_at(w, leg, top, JointKind::hinge, {x, 1, 0}, kZ)});
     }
     w.bodies[top].velocity = {1, 0, 0};
     Simulation sim = Simulation::copy_of(w, {1e-2});
@@ -168,7 +169,7 @@ TEST_CASE("a contradiction is told far from the origin too") {
     Joint near = joint_at(w, ground, body, JointKind::ball, {away, 0, 0});
     Joint far = joint_at(w, ground, body, JointKind::ball, {away + 1, 0, 0});
     far.anchor_a.x += 1e-3;
-    w.add_link(ground, body, near), w.add_link(ground, body, far);
+    add_link(w, {ground, body, near}), add_link(w, {ground, body, far});
     Simulation sim = Simulation::copy_of(w, {1e-2});
     CHECK(sim.step().status == Status::inconsistent);
   }

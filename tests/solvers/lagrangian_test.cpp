@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "engine/joints/kinds.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/base/random.hpp"
 #include "tests/paths.hpp"
 #include "tests/solvers/exact.hpp"
@@ -49,7 +50,7 @@ World system_of(const json& k) {
       j.frames.set(glm::conjugate(w.bodies[a].pose.rotation) * y,
                    glm::conjugate(w.bodies[b].pose.rotation) * y);
     }
-    w.add_link(a, b, j);
+    add_link(w, {a, b, j});
   };
   for (std::size_t i = 0; i < bodies.size(); ++i)
     tie(i == 0 ? ground : bodies[i - 1], bodies[i], {i == 0 ? 0 : half[i - 1], 0, 0},
@@ -170,7 +171,7 @@ World random_world(const WorldSpec& spec, unsigned seed, std::vector<Entity>* ma
     if (t.kind == JointKind::distance)
       j.anchor_b += Vec3(0.6, 0, 0), j.parameters.edit().length = 0.6;
     if (t.kind == JointKind::screw) j.parameters.edit().pitch = 0.2;
-    w.add_link(e[t.a], e[t.b], j);
+    add_link(w, {e[t.a], e[t.b], j});
   }
   if (made) *made = {e.begin(), e.end() - 1};
   return w;
@@ -401,7 +402,7 @@ TEST_CASE("spherical chains: as in quaternion coordinates with a norm to keep") 
       Body b = solid(dice.between(0.5, 2), {0.04, 0.09, 0.12}, {at + q * Vec3(0.5, 0, 0), q});
       b.angular_velocity = dice.in_cube(2), b.velocity = dice.in_cube(1);
       const Entity e = w.add_body(b);
-      w.add_link(before, e, joint_at(w, before, e, JointKind::ball, at));
+      add_link(w, {before, e, joint_at(w, before, e, JointKind::ball, at)});
       at += q * Vec3(1, 0, 0), before = e;
     }
     lagrangian::Island& m = ready(w);

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "engine/runtime/simulation.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/base/random.hpp"
 #include "tests/solvers/exact.hpp"
 
@@ -54,7 +55,7 @@ Made make(const Family& of, Integrator integrator, std::uint64_t seed) {
     }
     b.pose.position = joint - b.pose.rotation * own;
     bodies.push_back(w.add_body(b)), lengths.push_back(length), outermost.push_back(true);
-    if (parent >= 0) w.add_link(bodies[p], bodies.back(), {out, own});
+    if (parent >= 0) add_link(w, {bodies[p], bodies.back(), {out, own}});
     if (parent < 0 && of.held) {
       Pin pin;
       pin.body = bodies.back(), pin.anchor = own;
@@ -168,7 +169,7 @@ Made taut_chain(Integrator integrator, int links, Real heavy, Real kink) {
       pin.body = e, pin.anchor = own;
       made.world.add_pin(pin);
     } else {
-      made.world.add_link(before, e, {-own, own});
+      add_link(made.world, {before, e, {-own, own}});
     }
     tip = b.pose.position - b.pose.rotation * own, before = e;
     made.scale += 9.81 * mass * (b.pose.position.y + (i + 0.5) * length);

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "engine/joints/kinds.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/exact.hpp"
 
 using namespace pantin;
@@ -21,7 +22,7 @@ Wheel wheel(World& w, Entity carrier, Vec3 at, Real inertia = 0.1) {
   Wheel made;
   made.body = w.add_body(solid(1, Vec3(inertia), {at, kIdentity}));
   made.hinge =
-      w.add_link(carrier, made.body, joint_at(w, carrier, made.body, JointKind::hinge, at, kZ));
+      add_link(w, {carrier, made.body, joint_at(w, carrier, made.body, JointKind::hinge, at, kZ)});
   return made;
 }
 
@@ -48,7 +49,7 @@ TEST_CASE("a string lets a body fall, then holds it") {
     World w = exact_world(integrator);
     const Entity ground = add_ground(w),
                  body = w.add_body(solid(2, Vec3(0.1), {{0, -0.5, 0}, kIdentity}));
-    w.add_cable(ground, body, {Vec3(0), Vec3(0), 1, 0});
+    add_cable(w, {ground, body, {Vec3(0), Vec3(0), 1, 0}});
     Simulation sim = Simulation::copy_of(w, {1e-3});
     const Real touch = std::sqrt(2 * 0.5 / kG);
     Real worst = 0;
@@ -75,7 +76,7 @@ TEST_CASE("two gears keep their angles over fifty turns, and a touch or a push b
         from_rotation_vector({0, 0, 0.3});  // an offset that is not zero
     Gear r;
     r.first = a.hinge, r.second = b.hinge, r.ratio = -0.5;
-    w.add_gear(r);
+    add_gear(w, r);
     w.bodies[a.body].angular_velocity = {0, 0, 40}, w.bodies[b.body].angular_velocity = {0, 0, -20};
     Simulation sim = Simulation::copy_of(w, {2e-3});
     Real first = 0, second = 0, worst = 0;
@@ -104,12 +105,12 @@ TEST_CASE("a rack falls against its pinion, and a planet goes round its sun") {
     const Entity ground = add_ground(w);
     const Wheel pinion = wheel(w, ground, {1, 0, 0}, inertia);
     const Entity rack = w.add_body(solid(mass, Vec3(0.1)));
-    const Entity translation = w.add_link(
-        ground, rack,
-        joint_at(w, ground, rack, JointKind::prismatic, Vec3(0), frame_along({0, 1, 0})));
+    const Entity translation = add_link(
+        w, {ground, rack,
+            joint_at(w, ground, rack, JointKind::prismatic, Vec3(0), frame_along({0, 1, 0}))});
     Gear r;
     r.first = pinion.hinge, r.second = translation, r.second_travels = true, r.ratio = -radius;
-    w.add_gear(r);
+    add_gear(w, r);
     Simulation sim = Simulation::copy_of(w, {2e-3});
     for (int i = 0; i < 500; ++i) REQUIRE(sim.step().status == Status::ok);
     const Real way = 0.5 * kG * mass / (mass + inertia / (radius * radius));
@@ -125,7 +126,7 @@ TEST_CASE("a rack falls against its pinion, and a planet goes round its sun") {
   const Wheel planet = wheel(w, carrier.body, {1, 0, 0}, 0.05);
   Gear r;
   r.first = carrier.hinge, r.second = planet.hinge, r.ratio = 2;
-  w.add_gear(r);
+  add_gear(w, r);
   w.bodies[carrier.body].angular_velocity = {0, 0, 2},
   w.bodies[planet.body].angular_velocity = {0, 0, 6};
   w.bodies[planet.body].velocity = {0, 2, 0};
@@ -152,7 +153,7 @@ TEST_CASE("a joint from outside moves as the built-in one") {
           j.kind = JointKind::custom;
           j.parameters.edit().custom = std::make_shared<OwnHinge>(j.anchor_a, j.anchor_b);
         }
-        w[i].add_link(before, e, j);
+        add_link(w[i], {before, e, j});
         before = last[i] = e;
       }
     }
@@ -183,9 +184,9 @@ TEST_CASE("a kinematic crank moves its slider as closed form has it") {
     w.paths.add(crank, KinematicPath{sway});
     const Entity bar = w.add_body(rod(1, l, {{r + l / 2, 0, 0}, kIdentity}));
     const Entity slider = w.add_body(solid(1, Vec3(0.1), {{r + l, 0, 0}, kIdentity}));
-    w.add_link(crank, bar, joint_at(w, crank, bar, JointKind::hinge, {r, 0, 0}, kZ));
-    w.add_link(bar, slider, joint_at(w, bar, slider, JointKind::ball, {r + l, 0, 0}));
-    w.add_link(ground, slider, joint_at(w, ground, slider, JointKind::prismatic, Vec3(0)));
+    add_link(w, {crank, bar, joint_at(w, crank, bar, JointKind::hinge, {r, 0, 0}, kZ)});
+    add_link(w, {bar, slider, joint_at(w, bar, slider, JointKind::ball, {r + l, 0, 0})});
+    add_link(w, {ground, slider, joint_at(w, ground, slider, JointKind::prismatic, Vec3(0))});
     Simulation sim = Simulation::copy_of(w, {2e-3});
     Real worst = 0, gap = 0;
     for (int i = 0; i < 2000; ++i) {
@@ -208,7 +209,7 @@ TEST_CASE("a pin whose place is moved by hand takes its point along") {
     for (int n = 0; n < 4; ++n) {
       const Entity e = w.add_body(rod(1, 1, {{n + 0.5, 0, 0}, kIdentity}));
       if (n > 0)
-        w.add_link(before, e, joint_at(w, before, e, JointKind::ball, {n, 0, 0}));
+        add_link(w, {before, e, joint_at(w, before, e, JointKind::ball, {n, 0, 0})});
       else
         first = e;
       before = e;

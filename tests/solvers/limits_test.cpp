@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "engine/joints/kinds.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/chains.hpp"
 #include "tests/solvers/trees.hpp"
 
@@ -84,7 +85,7 @@ TEST_CASE("hinges hold what would turn them another way, momentum kept") {
       j.kind = kKinds[i % 4];
       const Quat axes = dice.rotation();
       j.frames.set(axes, axes);
-      w.add_link(before, e, j);
+      add_link(w, {before, e, j});
     }
     before = e;
   }
@@ -143,7 +144,7 @@ TEST_CASE("a blow against a stop is inelastic: both sides take it, as closed for
     JointLimits limits;
     limits.angle = {true, -0.3, 0.3};
     j.limits = limits;
-    w.add_link(a, b, j);
+    add_link(w, {a, b, j});
     // Both turn towards one another: the whole has no angular momentum, so all motion ends.
     Simulation sim = Simulation::copy_of(w, {h});
     const Measures start = measure(sim.world);

@@ -1,6 +1,7 @@
 // Loops of joints: closed, counted in the report, and stepped without a loss of energy.
 #include <catch2/catch.hpp>
 
+#include "engine/world/ties.hpp"
 #include "tests/solvers/chains.hpp"
 
 using namespace pantin;
@@ -56,8 +57,8 @@ struct Net {
     const int axis = along.x > 0 ? 0 : 2;
     rod.inertia[axis] = 0.02 / 2 * 0.012 * 0.012;
     const Entity e = world.add_body(rod);
-    world.add_link(knots[static_cast<std::size_t>(from)], e, {Vec3(0), -0.5 * kMesh * along});
-    world.add_link(e, knots[static_cast<std::size_t>(to)], {0.5 * kMesh * along, Vec3(0)});
+    add_link(world, {knots[static_cast<std::size_t>(from)], e, {Vec3(0), -0.5 * kMesh * along}});
+    add_link(world, {e, knots[static_cast<std::size_t>(to)], {0.5 * kMesh * along, Vec3(0)}});
   }
   Vec3 at(int knot) const {
     return world.bodies[knots[static_cast<std::size_t>(knot)]].pose.position;

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "engine/solvers/articulated/island.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/chains.hpp"
 #include "tests/solvers/trees.hpp"
 
@@ -34,7 +35,7 @@ struct Pinned {
       const Vec3 start = i == 0 ? Vec3(0) : to_world(w.bodies[before].pose, {l / 2, 0, 0});
       b.pose.position = start - b.pose.rotation * Vec3(-l / 2, 0, 0);
       const Entity e = w.add_body(b);
-      w.add_link(before, e, {i == 0 ? Vec3(0) : Vec3(l / 2, 0, 0), {-l / 2, 0, 0}});
+      add_link(w, {before, e, {i == 0 ? Vec3(0) : Vec3(l / 2, 0, 0), {-l / 2, 0, 0}}});
       before = e;
       links.push_back(e);
     }
@@ -111,8 +112,8 @@ TEST_CASE("a pin too near for a long link is out of reach too") {
   const Entity upper = w.add_body(b);
   b.mass = 0.1, b.inertia = Vec3(2e-4), b.pose.position = {0.75, 0, 0};
   const Entity lower = w.add_body(b);
-  w.add_link(top, upper, {Vec3(0), {-0.35, 0, 0}});
-  w.add_link(upper, lower, {{0.35, 0, 0}, {-0.05, 0, 0}});
+  add_link(w, {top, upper, {Vec3(0), {-0.35, 0, 0}}});
+  add_link(w, {upper, lower, {{0.35, 0, 0}, {-0.05, 0, 0}}});
   Pin p;
   p.body = lower, p.anchor = {0.05, 0, 0}, p.target = {0.1, -0.4, 0};
   const Entity pin = w.add_pin(p);
@@ -288,7 +289,7 @@ TEST_CASE("several pins hold a puppet at once") {
       b.mass = 0.3, b.inertia = Vec3(0.003), b.drag = 1;
       b.pose.position = (0.35 + 0.3 * i) * way;
       const Entity e = w.add_body(b);
-      w.add_link(before, e, {out, -0.15 * way});
+      add_link(w, {before, e, {out, -0.15 * way}});
       before = e, out = 0.15 * way;
     }
     p = Pin{};

@@ -4,6 +4,7 @@
 #include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/planar/island.hpp"
+#include "engine/world/ties.hpp"
 
 namespace pantin::test {
 
@@ -69,7 +70,7 @@ inline Joint planar_joint(const World& w, Entity a, Entity b, JointKind kind, Ve
   return j;
 }
 inline Entity add_hinge(World& w, Entity a, Entity b, Vec3 place, Vec3 axis = {0, 0, 1}) {
-  return w.add_link(a, b, planar_joint(w, a, b, JointKind::hinge, place, axis));
+  return add_link(w, {a, b, planar_joint(w, a, b, JointKind::hinge, place, axis)});
 }
 
 inline StepReport run(World& w, Real h, int steps) {

@@ -1,6 +1,7 @@
 // Belts: ways in closed form, ratios, tensioners and slip.
 #include <catch2/catch.hpp>
 
+#include "engine/world/ties.hpp"
 #include "tests/solvers/planar.hpp"
 
 using namespace pantin;
@@ -23,7 +24,7 @@ std::vector<Pose> poses_of(const World& w, const Belt& belt) {
 
 Entity add_laid(World& w, Belt belt) {
   REQUIRE(lay_belt(belt, poses_of(w, belt)));
-  return w.add_belt(belt);
+  return add_belt(w, belt);
 }
 
 /// A disc of 1 kg/m^2 that turns about its middle.

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "engine/runtime/save.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/planar.hpp"
 
 using namespace pantin;
@@ -220,7 +221,7 @@ TEST_CASE("joints that no plane has are named and left out") {
     joint.limits.edit().swing = {true, 1, 1};
     expected = "is a ball joint with limits, of which a plane has none: a hinge along z has them";
   }
-  w.add_link(a, b, joint);
+  add_link(w, {a, b, joint});
   REQUIRE(check(w).size() == 1);
   CHECK(check(w)[0].reason == expected);
   CHECK(check(w)[0].kind == StructureFault::left_out);

@@ -6,6 +6,7 @@
 #include "engine/nurbs/plane_curves.hpp"
 #include "engine/runtime/save.hpp"
 #include "engine/world/surface_start.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/planar.hpp"
 
 using namespace pantin;
@@ -20,7 +21,7 @@ Entity add_body(World& w, Vec3 at, Real mass, Real inertia) {
 }
 
 void add_joint(World& w, Entity a, Entity b, JointKind kind, Vec3 at, Vec3 axis = {0, 0, 1}) {
-  w.add_link(a, b, planar_joint(w, a, b, kind, at, axis));
+  add_link(w, {a, b, planar_joint(w, a, b, kind, at, axis)});
 }
 
 enum class Hold { fast, loose };
@@ -40,7 +41,7 @@ Entity add_contact(World& w, const Pair& pair, SurfaceMotion motion, Hold hold =
   const std::string why = place_surfaces(c, {w.bodies[c.a].pose, w.bodies[c.b].pose});
   INFO(why);
   REQUIRE(why.empty());
-  return w.add_surface_contact(c);
+  return add_surface_contact(w, c);
 }
 
 constexpr Real kRadius = 0.04, kArm = 0.015;  // of tests in the literature of cams

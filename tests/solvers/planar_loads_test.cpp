@@ -5,6 +5,7 @@
 #include <pantin/measure.hpp>
 
 #include "engine/contact/contact.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/planar.hpp"
 
 using namespace pantin;
@@ -74,7 +75,7 @@ TEST_CASE("joints of the plane tell their reactions, those of belts included") {
   w.default_settings.sleep_speed = 0;
   const Entity frame = add_fixed(w), rod = add_rod(w, {0, 0, 0}, {1, 0, 0});
   const Entity weld =
-      w.add_link(frame, rod, planar_joint(w, frame, rod, JointKind::fixed, {0, 0, 0}));
+      add_link(w, {frame, rod, planar_joint(w, frame, rod, JointKind::fixed, {0, 0, 0})});
   const Entity bob = add_rod(w, {2, 0, 0}, {2, -1, 0});
   const Entity hinge = add_hinge(w, frame, bob, {2, 0, 0});
   run(w, 1.0 / 60, 60);

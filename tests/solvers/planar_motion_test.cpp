@@ -1,6 +1,7 @@
 // The planar solver: motions of mechanisms, against the Lagrangian solver and closed forms.
 #include <catch2/catch.hpp>
 
+#include "engine/world/ties.hpp"
 #include "tests/solvers/planar.hpp"
 
 using namespace pantin;
@@ -134,15 +135,15 @@ TEST_CASE("planar sliders, rods and welds hold, and slide as the exact solver sa
   const Entity frame = add_fixed(w), cart = add_rod(w, {-0.2, 0, 0}, {0.2, 0, 0});
   const Entity arm = add_rod(w, {0, 0, 0}, {0, -0.5, 0}),
                bob = add_rod(w, {0.4, -0.5, 0}, {0.4, -0.6, 0});
-  w.add_link(frame, cart,
-             planar_joint(w, frame, cart, JointKind::prismatic, {0, 0, 0}, {1, 0.2, 0}));
-  w.add_link(cart, arm, planar_joint(w, cart, arm, JointKind::fixed, {0, 0, 0}));
+  add_link(
+      w, {frame, cart, planar_joint(w, frame, cart, JointKind::prismatic, {0, 0, 0}, {1, 0.2, 0})});
+  add_link(w, {cart, arm, planar_joint(w, cart, arm, JointKind::fixed, {0, 0, 0})});
   Joint rod = planar_joint(w, arm, bob, JointKind::distance, {0, -0.5, 0});
   rod.anchor_b = {0, 0, 0};
   JointParameters own;
   own.length = glm::length(Vec3(0.4, -0.55, 0) - Vec3(0, -0.5, 0));
   rod.parameters.edit() = own;
-  w.add_link(arm, bob, rod);
+  add_link(w, {arm, bob, rod});
   const Pose exact = exact_end(w);
   CHECK(error_after_a_second(w, 960, exact) < 5e-3);
   run(w, 1.0 / 60, 120);
@@ -176,7 +177,7 @@ TEST_CASE("gears between planar hinges keep their ratio over a thousand turns") 
     w.links[first].joint.parameters.edit() = own;
     Gear gear;
     gear.first = first, gear.second = second, gear.ratio = ratio;
-    w.add_gear(gear);
+    add_gear(w, gear);
     Real turned_one = 0, turned_two = 0, before_one = 0, before_two = 0;
     const auto angle = [&](Entity e) {
       const Quat q = w.bodies[e].pose.rotation;

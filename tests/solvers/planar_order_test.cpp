@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "engine/runtime/save.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/planar.hpp"
 
 using namespace pantin;
@@ -28,8 +29,8 @@ World slider_crank() {
   const Entity piston = add_rod(w, {1.2, 0, 0}, {1.4, 0, 0});
   add_hinge(w, frame, crank, {0, 0, 0}), add_hinge(w, crank, rod, {0.3, 0, 0});
   add_hinge(w, rod, piston, {1.3, 0, 0});
-  w.add_link(frame, piston,
-             planar_joint(w, frame, piston, JointKind::prismatic, {1.3, 0, 0}, {1, 0, 0}));
+  add_link(w, {frame, piston,
+               planar_joint(w, frame, piston, JointKind::prismatic, {1.3, 0, 0}, {1, 0, 0})});
   w.bodies[crank].angular_velocity.z = 3;
   return w;
 }
@@ -55,7 +56,7 @@ World belt_drive() {
     corners.push_back({0.6 * std::cos(i * kPi / 360), 0.4 * std::sin(i * kPi / 360), 0});
   belt.pulleys[0].outline = hull_outline(corners);
   REQUIRE(lay_belt(belt, poses));
-  w.add_belt(belt);
+  add_belt(w, belt);
   w.bodies[wheels[0]].angular_velocity.z = 2;
   const Entity weight = add_rod(w, {3.5, 0, 0}, {3.5, -0.4, 0});
   add_hinge(w, wheels[1], weight, {3.5, 0, 0});

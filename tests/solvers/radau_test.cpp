@@ -2,6 +2,7 @@
 // where closed forms say.
 #include <catch2/catch.hpp>
 
+#include "engine/world/ties.hpp"
 #include "tests/solvers/exact.hpp"
 #include "tools/study/stiff.hpp"
 
@@ -44,9 +45,9 @@ World slider(Real stiffness, Real damping) {
   World w = exact_world(Integrator::radau, Vec3(0));
   const Entity ground = add_ground(w);
   const Entity body = w.add_body(solid(2, Vec3(0.1)));
-  const Entity link =
-      w.add_link(ground, body,
-                 joint_at(w, ground, body, JointKind::prismatic, Vec3(0), frame_along({1, 0, 0})));
+  const Entity link = add_link(
+      w, {ground, body,
+          joint_at(w, ground, body, JointKind::prismatic, Vec3(0), frame_along({1, 0, 0}))});
   w.links[link].joint.parameters.edit().translation.spring = {stiffness, damping, 0};
   w.bodies[body].pose.position.x = 0.3;
   return w;
@@ -139,7 +140,7 @@ TEST_CASE("drag, spring pins, joint drives and elastic cables are implicit too")
     World w = exact_world(Integrator::radau);
     const Entity ground = add_ground(w), body = w.add_body(rod(2, 1));
     const Entity link =
-        w.add_link(ground, body, joint_at(w, ground, body, JointKind::ball, {-0.5, 0, 0}));
+        add_link(w, {ground, body, joint_at(w, ground, body, JointKind::ball, {-0.5, 0, 0})});
     JointDrive drive;
     drive.target = from_rotation_vector({0, 0.2, 0.3});
     drive.stiffness = drive.damping = 1e2;
@@ -150,7 +151,7 @@ TEST_CASE("drag, spring pins, joint drives and elastic cables are implicit too")
     World w = exact_world(Integrator::radau);
     const Entity ground = add_ground(w), body = w.add_body(rod(2, 1));
     w.bodies[body].drag = 1e4;
-    w.add_cable(ground, body, {Vec3(0, 1, 0), Vec3(0, 0.01, 0), 0.9, 1e-7});
+    add_cable(w, {ground, body, {Vec3(0, 1, 0), Vec3(0, 0.01, 0), 0.9, 1e-7}});
     compare("elastic cable", w, 4);
   }
 }

@@ -3,6 +3,7 @@
 
 #include "engine/contact/contact.hpp"
 #include "engine/joints/kinds.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/solids.hpp"
 
 using namespace pantin;
@@ -183,7 +184,7 @@ TEST_CASE("the wheel of a barrow is braked by what its contact bears") {
       joint.anchor_a = {x, 0, 0};
       const Quat across = from_rotation_vector({0, -kPi / 2, 0});  // x to z
       joint.frames.set(across, across);
-      w.add_link(frame, wheel, joint);
+      add_link(w, {frame, wheel, joint});
       inertia += w.bodies[wheel].inertia.x, mass += w.bodies[wheel].mass;
       w.bodies[wheel].velocity = {1, 0, 0}, w.bodies[wheel].angular_velocity = {0, 0, -10};
     }

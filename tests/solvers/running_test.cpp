@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "engine/solvers/articulated/articulated.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/runtime/puppets.hpp"
 #include "tests/solvers/chains.hpp"
 #include "tests/solvers/trees.hpp"
@@ -227,7 +228,7 @@ TEST_CASE("two chains beside one another do not know of each other") {
   std::vector<Entity> copies;
   for (const Body& b : one.bodies.values()) copies.push_back(two.add_body(b));
   for (const Link& l : one.links.values())
-    two.add_link(copies[one.bodies.slot(l.a)], copies[one.bodies.slot(l.b)], l.joint);
+    add_link(two, {copies[one.bodies.slot(l.a)], copies[one.bodies.slot(l.b)], l.joint});
   Simulation both = Simulation::copy_of(two, {1.0 / 60});
   for (int i = 0; i < 120; ++i) alone.step(), both.step();
   for (std::size_t i = 0; i < copies.size(); ++i) {

@@ -2,6 +2,7 @@
 // bits where the factors are powers of two.
 #include <catch2/catch.hpp>
 
+#include "engine/world/ties.hpp"
 #include "tests/solvers/chains.hpp"
 #include "tests/solvers/trees.hpp"
 
@@ -83,9 +84,9 @@ World hung_pair(PinKind grip) {
   const Entity left = w.add_body(b);
   b.pose.position = {1.5, -1, 0.25};
   const Entity right = w.add_body(b);
-  w.add_cable(top, left, {Vec3(0), {0, 0.25, 0}, 0.75, 0});
-  w.add_cable(top, right, {{1.5, 0, 0}, {0, 0.25, 0}, 1, 0.001});
-  w.add_link(left, right, {{0.5, 0, 0}, {-0.5, 0, -0.25}});
+  add_cable(w, {top, left, {Vec3(0), {0, 0.25, 0}, 0.75, 0}});
+  add_cable(w, {top, right, {{1.5, 0, 0}, {0, 0.25, 0}, 1, 0.001}});
+  add_link(w, {left, right, {{0.5, 0, 0}, {-0.5, 0, -0.25}}});
   Pin pin;
   pin.body = right, pin.target = {1.75, -0.75, 0.5}, pin.kind = grip, pin.stiffness = 30;
   w.add_pin(pin);

@@ -3,6 +3,7 @@
 
 #include "engine/nurbs/plane_curves.hpp"
 #include "engine/world/surface_start.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/surfaces.hpp"
 
 using namespace pantin;
@@ -44,7 +45,7 @@ Falling falling(Integrator integrator, const Body& body, const CurveOn& curves) 
   c.on_b.curve = contact_curve(curves.on_b, OuterSide::right);
   c.motion = curves.friction < 0 ? SurfaceMotion::sliding : SurfaceMotion::rolling;
   c.spots = usual_spots(c);
-  s.contact = s.world.add_surface_contact(c);
+  s.contact = add_surface_contact(s.world, c);
   return s;
 }
 Falling falling_on(Integrator integrator, const Body& body, SkinPtr skin, SkinPtr ground) {

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
+#include "engine/world/ties.hpp"
 #include "tests/nurbs/data.hpp"
 #include "tests/solvers/surfaces.hpp"
 
@@ -163,7 +164,7 @@ TEST_CASE(
       c.on_b.curve = ellipse_of(0.4, 0.25);
     else
       c.on_b.skin = ball_skin({0.4, 0.25, 0.3}), c.at.b = {2, 0, 0};
-    m.contact = m.world.add_surface_contact(c);
+    m.contact = add_surface_contact(m.world, c);
     int i = 0;
     for (const Entity e : {m.a, m.b}) m.from[i++] = placed_of(m.world.bodies[e]);
     INFO(n);

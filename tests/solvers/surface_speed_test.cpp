@@ -5,6 +5,7 @@
 #include "engine/nurbs/closest.hpp"
 #include "engine/nurbs/plane_curves.hpp"
 #include "engine/world/surface_start.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/surfaces.hpp"
 
 using namespace pantin;
@@ -55,7 +56,7 @@ OnCurve disc_on(Integrator integrator, const Disc& disc,
   c.on_a.curve = contact_curve(nurbs::circle({}, disc.radius), OuterSide::right),
   c.on_b.curve = curve;
   c.spots = usual_spots(c);
-  s.contact = s.world.add_surface_contact(c);
+  s.contact = add_surface_contact(s.world, c);
   return s;
 }
 

@@ -4,6 +4,7 @@
 
 #include "engine/nurbs/makers.hpp"
 #include "engine/world/surface_contact.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/exact.hpp"
 
 namespace pantin::test {
@@ -41,7 +42,7 @@ inline Entity touch(World& w, const SurfacePair& pair, SurfaceMotion motion) {
   SurfaceContact c;
   c.a = pair.a, c.b = pair.b, c.on_a.skin = pair.on_a, c.on_b.skin = pair.on_b;
   c.motion = motion;
-  return w.add_surface_contact(c);
+  return add_surface_contact(w, c);
 }
 
 inline Body solid_ball(Real mass, Real radius, Vec3 at) {

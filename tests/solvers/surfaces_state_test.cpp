@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "engine/runtime/save.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/surfaces.hpp"
 
 using namespace pantin;
@@ -72,7 +73,7 @@ TEST_CASE("surfaces: where they touch is kept when something else of the World c
   Joint spring;
   spring.kind = JointKind::spring;
   spring.parameters.edit().translation.spring = {1e-12, 0, 1}, spring.parameters.edit().length = 1;
-  with.world.add_link(p.moving, touched, spring);
+  add_link(with.world, {p.moving, touched, spring});
   const nurbs::PlacePair before = with.world.surface_contacts[p.contact].at;
   run(with, 1), run(without, 1);
   const nurbs::PlacePair after = with.world.surface_contacts[p.contact].at;

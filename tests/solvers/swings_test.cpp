@@ -7,6 +7,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
+#include "engine/world/ties.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;
@@ -89,7 +90,7 @@ World tree_of_rods(Limited limited, Root root, unsigned seed) {
     if (root == Root::free) b.angular_velocity = 5.0 * dice.direction();
     rod.body = w.add_body(b);
     if (parent || root == Root::held)
-      w.add_link(parent ? parent->body : holder, rod.body, joint_at(limited, parent, rod, dice));
+      add_link(w, {parent ? parent->body : holder, rod.body, joint_at(limited, parent, rod, dice)});
     rods.push_back(rod);
   }
   return w;

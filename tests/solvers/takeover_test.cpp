@@ -5,6 +5,7 @@
 
 #include "engine/runtime/save.hpp"
 #include "engine/runtime/simulation.hpp"
+#include "engine/world/ties.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;
@@ -111,8 +112,8 @@ TEST_CASE("a body tied to one of another solver is told that its own is not used
                c = add_solid(w, Solver::articulated, box_of(0.1), {1, 0, 0}, 1, {});
   w.names.add(a, "arm"), w.names.add(b, "hand");
   CHECK(check(w).empty());
-  w.add_link(b, c, {{0.25, 0, 0}, {-0.25, 0, 0}});
-  w.add_link(a, b, {{0.25, 0, 0}, {-0.25, 0, 0}});
+  add_link(w, {b, c, {{0.25, 0, 0}, {-0.25, 0, 0}}});
+  add_link(w, {a, b, {{0.25, 0, 0}, {-0.25, 0, 0}}});
   const std::vector<StructureFault> faults = check(w);
   REQUIRE(faults.size() == 1);
   CHECK(faults[0].link == b);

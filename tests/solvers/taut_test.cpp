@@ -5,6 +5,7 @@
 #include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/world/partition.hpp"
+#include "engine/world/ties.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;
@@ -38,7 +39,7 @@ Arc arc(int links, Real chord) {
     b.mass = l, b.inertia = l * l * l * Vec3(0.01, 1.0 / 12, 1.0 / 12);
     b.pose = {at + 0.5 * l * way, from_rotation_vector({0, 0, angle})};
     const Entity e = w.add_body(b);
-    w.add_link(before, e, {i == 0 ? Vec3(0) : Vec3(l / 2, 0, 0), {-l / 2, 0, 0}});
+    add_link(w, {before, e, {i == 0 ? Vec3(0) : Vec3(l / 2, 0, 0), {-l / 2, 0, 0}}});
     before = e, at += l * way;
   }
   Pin pin;
@@ -94,7 +95,7 @@ TEST_CASE("a ring of links is closed by a joint like any other") {
     ring.push_back(w.add_body(b));
   }
   for (std::size_t i = 0; i < kLinks; ++i)
-    w.add_link(ring[i], ring[(i + 1) % kLinks], {{l / 2, 0, 0}, {-l / 2, 0, 0}});
+    add_link(w, {ring[i], ring[(i + 1) % kLinks], {{l / 2, 0, 0}, {-l / 2, 0, 0}}});
   Pin pin;
   pin.body = ring[0];
   const Entity nail = w.add_pin(pin);
@@ -140,7 +141,7 @@ TEST_CASE("a four-bar of hinges keeps its loop to second order, whatever it has 
       j.anchor_a = at_a, j.anchor_b = at_b, j.kind = JointKind::hinge;
       const Quat axes = from_rotation_vector({0, -kPi / 2, 0});
       j.frames.set(axes, axes);
-      w.add_link(a, b, j);
+      add_link(w, {a, b, j});
     };
     tie(ground, bars[0], p[0], {-length[0] / 2, 0, 0});
     tie(bars[0], bars[1], {length[0] / 2, 0, 0}, {-length[1] / 2, 0, 0});

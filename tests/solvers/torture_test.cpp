@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <sstream>
 
+#include "engine/world/ties.hpp"
 #include "tests/solvers/solids.hpp"
 #include "tests/solvers/trees.hpp"
 
@@ -80,7 +81,7 @@ World random_fall(int seed) {
     w.bodies[e].angular_velocity = dice.in_cube(10), w.bodies[e].velocity = dice.in_cube(5);
     if (i > 0) {
       const Entity parent = bodies[static_cast<std::size_t>(dice.below(i))];
-      w.add_link(parent, e, random_joint(w.bodies[parent].pose, pose, dice));
+      add_link(w, {parent, e, random_joint(w.bodies[parent].pose, pose, dice)});
     }
     bodies.push_back(e);
   }

@@ -4,6 +4,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/runtime/simulation.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/solids.hpp"
 
 using namespace pantin;
@@ -32,10 +33,10 @@ World rods(bool closed) {
                   {middle, turn * from_rotation_vector({0, 0, -kPi / 2})}, Motion::dynamic);
     Body& b = w.bodies[e];
     b.drag = 0, b.angular_velocity = spin, b.velocity = drift + glm::cross(spin, middle);
-    if (i > 0) w.add_link(made.back(), e, {{0, reach, 0}, {0, -reach, 0}});
+    if (i > 0) add_link(w, {made.back(), e, {{0, reach, 0}, {0, -reach, 0}}});
     made.push_back(e);
   }
-  if (closed) w.add_link(made.back(), made.front(), {{0, reach, 0}, {0, -reach, 0}});
+  if (closed) add_link(w, {made.back(), made.front(), {{0, reach, 0}, {0, -reach, 0}}});
   return w;
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "engine/runtime/simulation.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/base/random.hpp"
 
 namespace pantin::test {
@@ -63,7 +64,8 @@ inline RandomTree random_tree(const TreeSpec& spec, Random& dice) {
     }
     b.pose.position = joint - b.pose.rotation * anchor;
     const Entity e = t.world.add_body(b);
-    if (parent >= 0) t.world.add_link(t.bodies[static_cast<std::size_t>(parent)], e, {out, anchor});
+    if (parent >= 0)
+      add_link(t.world, {t.bodies[static_cast<std::size_t>(parent)], e, {out, anchor}});
     if (i == 0 && spec.held) {
       Pin pin;
       pin.body = e, pin.anchor = anchor;

@@ -7,6 +7,7 @@
 #include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/articulated/compulsive.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/paths.hpp"
 #include "tests/solvers/stages.hpp"
 
@@ -41,8 +42,9 @@ World world_of(const json& bodies, std::vector<Entity>& made) {
     const Entity e = world.add_body(b);
     const int parent = j.at("parent");
     if (parent >= -1)
-      world.add_link(parent < 0 ? ground : made[static_cast<std::size_t>(parent)], e,
-                     {vec(j.at("ra")), vec(j.at("rb"))});
+      add_link(world, {parent < 0 ? ground : made[static_cast<std::size_t>(parent)],
+                       e,
+                       {vec(j.at("ra")), vec(j.at("rb"))}});
     made.push_back(e);
   }
   return world;

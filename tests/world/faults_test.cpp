@@ -8,6 +8,7 @@
 #include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/solver.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/runtime/puppets.hpp"
 
 using namespace pantin;
@@ -62,7 +63,7 @@ std::vector<Case> cases() {
          c.world.links[c.links[2]].joint.kind = JointKind::hinge;
          Gear r;
          r.first = c.links[1], r.second = c.links[2], r.ratio = 2;
-         return c.world.add_gear(r);
+         return add_gear(c.world, r);
        }},
       {Feature::soft_stop,
        [](Chain& c) {
@@ -79,7 +80,7 @@ std::vector<Case> cases() {
        }},
       {Feature::cable,
        [](Chain& c) {
-         return c.world.add_cable(c.hook, c.rods[2], {Vec3(0), Vec3(0), 2, 0});
+         return add_cable(c.world, {c.hook, c.rods[2], {Vec3(0), Vec3(0), 2, 0}});
        }},
       {Feature::spring_pin,
        [](Chain& c) {
@@ -220,7 +221,7 @@ TEST_CASE("islands are told apart: each by the solver it has") {
     Joint j{Vec3(0), {-kHalfLink, 0, 0}};
     j.kind = JointKind::hinge;
     j.parameters.edit().rotation.motor = {MotorKind::velocity, 1, 1, 0, 5};
-    const Entity link = chain.world.add_link(hook, e, j);
+    const Entity link = add_link(chain.world, {hook, e, j});
     SolverSettings how;
     how.solver = i == 0 ? Solver::lagrangian : Solver::sweep;
     chain.world.settings.add(e, how);

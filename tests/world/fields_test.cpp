@@ -6,6 +6,8 @@
 #include "engine/geometry/surface.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
+#include "engine/world/ties.hpp"
+#include "engine/world/timed_event.hpp"
 #include "tests/base/arity.hpp"
 #include "tests/base/leaves.hpp"
 #include "tests/runtime/puppets.hpp"
@@ -24,14 +26,14 @@ World one_of_everything() {
   Joint hinge{{0, 1, 0}, {0, -1, 0}, JointKind::screw, {Quat(0.6, 0.8, 0, 0), kIdentity}};
   hinge.limits = JointLimits{{true, -1, 1}, {}, {true, 1, 1}, 0.1, 2, 3};
   hinge.parameters.edit().pitch = 0.1;
-  const Entity link = w.add_link(p.left, p.right, hinge);
+  const Entity link = add_link(w, {p.left, p.right, hinge});
   w.joint_drives.add(link, {kIdentity, 1, 2, 3, {{0, kIdentity}, {1, kIdentity}}, true});
   w.paths.add(p.left, {Keyframes{{{0, {}}, {1, {}}}, true}});
   w.forces.add(p.left, {{1, 2, 3}, {4, 5, 6}});
   w.collisions.add(p.right, {});
   w.shapes.add(p.right, {{{ShapeKind::box, {1, 2, 3}, {}, 0, nullptr}}});
   w.settings.add(p.left, {});
-  w.add_gear({link, p.link, false, false, 2, 0.5, true});
+  add_gear(w, {link, p.link, false, false, 2, 0.5, true});
   w.names.add(p.left, "left");
   return w;
 }
@@ -51,6 +53,11 @@ TEST_CASE("no list of fields forgets a member") {
   check_list<Keyframes>("Keyframes");
   check_list<Lissajous>("Lissajous");
   check_list<KinematicPath>("KinematicPath");
+#define PANTIN_CHECK(kind) check_list<kind>(#kind);
+  PANTIN_EVENT_KINDS(PANTIN_CHECK)
+#undef PANTIN_CHECK
+  check_list<TimedEvent>("TimedEvent");
+  check_list<EventProgress>("EventProgress");
   check_list<PoseKey>("PoseKey");
   check_list<JointDrive>("JointDrive");
   check_list<Collision>("Collision");

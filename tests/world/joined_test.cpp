@@ -5,6 +5,7 @@
 
 #include "engine/joints/kinds.hpp"
 #include "engine/nurbs/makers.hpp"
+#include "engine/world/ties.hpp"
 #include "engine/world/world.hpp"
 
 using namespace pantin;
@@ -32,7 +33,7 @@ struct Three {
   Entity hinge(Entity one, Entity two) {
     Joint joint;
     joint.kind = JointKind::hinge;
-    return world.add_link(one, two, joint);
+    return add_link(world, {one, two, joint});
   }
 };
 
@@ -57,7 +58,7 @@ TEST_CASE("joined: bodies of an exact pin, not those of a spring pin or of a cab
     CHECK(t.are(t.a, t.b) == (kind == PinKind::exact));
   }
   Three t;
-  t.world.add_cable(t.a, t.b, {});
+  add_cable(t.world, {t.a, t.b, {}});
   CHECK_FALSE(t.are(t.a, t.b));
 }
 
@@ -67,7 +68,7 @@ TEST_CASE("joined: partners of a joint of surfaces, until it has let go") {
   const auto ball = std::make_shared<const nurbs::Skin>(nurbs::Skin::ellipsoid(Vec3(0.1)));
   SurfaceContact c;
   c.a = t.a, c.b = t.ground, c.on_a.skin = ball, c.on_b.skin = plane;
-  const Entity joint = t.world.add_surface_contact(c);
+  const Entity joint = add_surface_contact(t.world, c);
   CHECK(t.are(t.a, t.ground));
   CHECK_FALSE(t.are(t.b, t.ground));
   const std::uint64_t before = joined_version(t.world);
@@ -81,12 +82,12 @@ TEST_CASE("joined: the wheels of a gear, not those of a belt") {
   Gear gear;
   gear.first = t.hinge(t.ground, t.a), gear.second = t.hinge(t.b, t.ground);
   CHECK_FALSE(t.are(t.a, t.b));
-  t.world.add_gear(gear);
+  add_gear(t.world, gear);
   CHECK(t.are(t.a, t.b));
   Three s;
   Belt belt;
   belt.pulleys.resize(2);
   belt.pulleys[0].body = s.a, belt.pulleys[1].body = s.b;
-  s.world.add_belt(belt);
+  add_belt(s.world, belt);
   CHECK_FALSE(s.are(s.a, s.b));
 }

@@ -5,6 +5,7 @@
 #include "engine/nurbs/plane_curves.hpp"
 #include "engine/world/flat.hpp"
 #include "engine/world/surface_start.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/solvers/planar.hpp"
 
 using namespace pantin;
@@ -47,7 +48,7 @@ TEST_CASE("a four-bar linkage in space stays in its plane, and what leads out of
     CHECK(why().find("is pushed") != std::string::npos);
   }
   SECTION("a cable") {
-    w.add_cable(w.bodies.owners()[0], w.bodies.owners()[1], {});
+    add_cable(w, {w.bodies.owners()[0], w.bodies.owners()[1], {}});
     CHECK(why().find("a cable") != std::string::npos);
   }
   SECTION("a joint") {
@@ -59,7 +60,7 @@ TEST_CASE("a four-bar linkage in space stays in its plane, and what leads out of
     SurfaceContact c;
     c.a = w.bodies.owners()[0], c.b = w.bodies.owners()[1];
     c.on_a.curve = c.on_b.curve = contact_curve(nurbs::circle({}, 0.1), OuterSide::right);
-    const Entity touch = w.add_surface_contact(c);
+    const Entity touch = add_surface_contact(w, c);
     CHECK(why() == "");
     w.surface_contacts[touch].friction = 0.3;
     CHECK(why().find("friction of a contact of curves") != std::string::npos);
@@ -69,7 +70,7 @@ TEST_CASE("a four-bar linkage in space stays in its plane, and what leads out of
     c.a = w.bodies.owners()[0], c.b = w.bodies.owners()[1];
     c.on_a.curve = c.on_b.curve = contact_curve(nurbs::circle({}, 0.1), OuterSide::right);
     c.on_b.pose.rotation = from_rotation_vector({0.2, 0, 0});
-    w.add_surface_contact(c);
+    add_surface_contact(w, c);
     CHECK(why().find("has a curve of \"b\"") != std::string::npos);
   }
   SECTION("a spring pin") {

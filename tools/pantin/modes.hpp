@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "engine/modes/feasible.hpp"
+#include "engine/modes/lamina_plan.hpp"
 #include "engine/modes/stepper.hpp"
 #include "engine/modes/uncertain.hpp"
-#include "engine/scene/lamina_plan.hpp"
 #include "engine/scene/scene.hpp"
 #include "tools/pantin/program.hpp"
 

@@ -34,20 +34,11 @@ Vec2 past(const Contact& c, Vec3 twist) {
 Told told_of(const Grasp& g, const FeasibleMode& mode) {
   Told told;
   const Region& r = g.prepared.regions[static_cast<std::size_t>(mode.region)];
-  told.name = name_of(g.prepared, r), told.signs = signs_of(r), told.twist = r.twist;
+  const SignedMode by_contact = signed_mode_of(g.prepared, mode, g.friction());
+  told.name = name_of(g.prepared, r), told.signs = by_contact.signs, told.twist = r.twist;
+  told.normal = by_contact.normal_force, told.tangent = by_contact.tangent_force;
   told.region = &r, told.index = mode.index;
   told.boundary = mode.boundary, told.break_tie = mode.break_tie;
-  const OwnFriction mu = own(r, g.friction());
-  if (r.kind == Kind::roll_slide) {
-    const std::size_t a = r.contacts[0], b = r.contacts[1];
-    told.normal[a] = mode.force[0], told.tangent[a] = mode.force[1];
-    told.normal[b] = mode.force[2], told.tangent[b] = -r.slip_sign[1] * mu[1] * mode.force[2];
-  } else {
-    for (std::size_t k = 0; k < 3; ++k) {
-      told.normal[r.contacts[k]] = mode.force[k];
-      told.tangent[r.contacts[k]] = -r.slip_sign[k] * mu[k] * mode.force[k];
-    }
-  }
   return told;
 }
 

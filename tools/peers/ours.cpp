@@ -6,6 +6,7 @@
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
+#include "engine/world/ties.hpp"
 #include "tools/peers/peer.hpp"
 
 namespace {
@@ -32,7 +33,7 @@ World build(const Chain& chain) {
     ball.kind = JointKind::ball;
     ball.anchor_a = i == 0 ? Vec3(0) : Vec3(half, 0, 0);
     ball.anchor_b = {-half, 0, 0};
-    w.add_link(before, e, ball);
+    add_link(w, {before, e, ball});
     before = e;
   }
   return w;

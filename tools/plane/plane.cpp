@@ -11,6 +11,7 @@
 #include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/world/belt.hpp"
+#include "engine/world/ties.hpp"
 
 namespace {
 
@@ -59,7 +60,7 @@ void tie(World& w, Entity a, Entity b, Vec3 at) {
   j.anchor_a = to_local(w.bodies[a].pose, at), j.anchor_b = to_local(w.bodies[b].pose, at);
   const Real half = std::sqrt(0.5);
   j.frames.set(Quat(half, 0, -half, 0), Quat(half, 0, -half, 0));  // x along z
-  w.add_link(a, b, j);
+  add_link(w, {a, b, j});
 }
 
 World boxes() {
@@ -105,7 +106,7 @@ World belts() {
       belt.pulleys.push_back(p), poses.push_back(w.bodies[e].pose);
     }
     lay_belt(belt, poses);
-    w.add_belt(belt);
+    add_belt(w, belt);
   }
   return w;
 }

@@ -10,6 +10,7 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
+#include "engine/world/ties.hpp"
 
 namespace pantin::study {
 
@@ -102,7 +103,7 @@ Problem pendulum(const Json& file, const Json& one) {
   Body b = rod(1, length, Vec3(0), theta - kPi / 2);
   b.angular_velocity = {0, 0, omega};
   b.velocity = glm::cross(b.angular_velocity, b.pose.position);
-  p.world.add_link(ground, p.world.add_body(b), pin_joint(Vec3(0), {-length / 2, 0, 0}));
+  add_link(p.world, {ground, p.world.add_body(b), pin_joint(Vec3(0), {-length / 2, 0, 0})});
   p.error = [](const World& w, const std::vector<Real>& row) {
     return apart(planar_angle(body(w, 1)) + kPi / 2, row[1]);
   };
@@ -117,7 +118,7 @@ Problem falling_point(const Json& file, const Json& one) {
   const Entity ground = add_ground(p.world);
   const Entity mass =
       p.world.add_body(point(1, {value(one.at("initial"), "x"), value(one.at("initial"), "y"), 0}));
-  p.world.add_link(ground, mass, rod_joint(value(one.at("parameters"), "length")));
+  add_link(p.world, {ground, mass, rod_joint(value(one.at("parameters"), "length"))});
   p.error = [](const World& w, const std::vector<Real>& row) {
     return glm::length(body(w, 1).pose.position - Vec3(row[1], row[2], 0));
   };
@@ -135,14 +136,14 @@ Problem windows(const Json& file, const Json& one) {
     Body post = rod(1, 1, {i, 0, 0}, kPi / 2);
     post.angular_velocity = {0, 0, -1}, post.velocity = {0.5, 0, 0};
     posts.push_back(w.add_body(post));
-    w.add_link(ground, posts.back(), hinge_about({0, 0, 1}, {i, 0, 0}, {-0.5, 0, 0}));
+    add_link(w, {ground, posts.back(), hinge_about({0, 0, 1}, {i, 0, 0}, {-0.5, 0, 0})});
   }
   for (int i = 0; i < n; ++i) {
     Body beam = rod(1, 1, {i, 1, 0}, 0);
     beam.velocity = {1, 0, 0};
     const Entity e = w.add_body(beam);
-    w.add_link(posts[static_cast<std::size_t>(i)], e, pin_joint({0.5, 0, 0}, {-0.5, 0, 0}));
-    w.add_link(posts[static_cast<std::size_t>(i) + 1], e, pin_joint({0.5, 0, 0}, {0.5, 0, 0}));
+    add_link(w, {posts[static_cast<std::size_t>(i)], e, pin_joint({0.5, 0, 0}, {-0.5, 0, 0})});
+    add_link(w, {posts[static_cast<std::size_t>(i) + 1], e, pin_joint({0.5, 0, 0}, {0.5, 0, 0})});
   }
   p.error = [](const World& at, const std::vector<Real>& row) {
     return glm::length(tip(body(at, 1), 1) - Vec3(row[1], row[2], 0));
@@ -169,10 +170,10 @@ Problem bricard(const Json& file, const Json& one) {
     for (int k = 0; k < 3; ++k)
       if (along[k] != 0) b.inertia[k] = width * width / 6;
     const Entity e = w.add_body(b);
-    w.add_link(before, e, hinge_about(axes[i], joints[i] - centre, joints[i] - b.pose.position));
+    add_link(w, {before, e, hinge_about(axes[i], joints[i] - centre, joints[i] - b.pose.position)});
     before = e, centre = b.pose.position;
   }
-  w.add_link(before, ground, hinge_about(axes[5], joints[5] - centre, joints[5]));
+  add_link(w, {before, ground, hinge_about(axes[5], joints[5] - centre, joints[5])});
   p.error = [](const World& at, const std::vector<Real>& row) {
     return glm::length(to_world(body(at, 3).pose, {0, 0, 0.5}) - Vec3(row[9], row[10], row[11]));
   };
@@ -193,10 +194,10 @@ Problem many_links(const Json& file, const Json& one) {
     const Real angle = theta[i] - kPi / 2;
     const Vec3 bottom = top + flat(angle, length);
     const Entity e = p.world.add_body(points ? point(mass, bottom) : rod(mass, length, top, angle));
-    p.world.add_link(
-        before, e,
-        points ? rod_joint(length)
-               : pin_joint(i == 0 ? Vec3(0) : Vec3(length / 2, 0, 0), {-length / 2, 0, 0}));
+    add_link(p.world,
+             {before, e,
+              points ? rod_joint(length)
+                     : pin_joint(i == 0 ? Vec3(0) : Vec3(length / 2, 0, 0), {-length / 2, 0, 0})});
     before = e, top = bottom;
   }
   p.error = [n, points, length](const World& w, const std::vector<Real>& row) {
@@ -279,9 +280,9 @@ void four_bar(const Json& file, const Json& one, std::vector<Problem>& problems)
     swinging.velocity =
         glm::cross(swinging.angular_velocity, swinging.pose.position - Vec3(ground_length, 0, 0));
     const Entity c = w.add_body(bar), r = w.add_body(swinging);
-    w.add_link(handle, c, pin_joint({crank, 0, 0}, {-coupler / 2, 0, 0}));
-    w.add_link(ground, r, pin_joint({ground_length, 0, 0}, {-rocker / 2, 0, 0}));
-    w.add_link(r, c, pin_joint({rocker / 2, 0, 0}, {coupler / 2, 0, 0}));
+    add_link(w, {handle, c, pin_joint({crank, 0, 0}, {-coupler / 2, 0, 0})});
+    add_link(w, {ground, r, pin_joint({ground_length, 0, 0}, {-rocker / 2, 0, 0})});
+    add_link(w, {r, c, pin_joint({rocker / 2, 0, 0}, {coupler / 2, 0, 0})});
     const Vec3 drawn(p_q[0] - coupler / 2, p_q[1], 0);
     p.error = [drawn](const World& at, const std::vector<Real>& row) {
       return glm::length(to_world(body(at, 2).pose, drawn) - Vec3(row[3], row[4], 0));
@@ -382,11 +383,11 @@ std::vector<Problem> read_hanging_chains(const std::string& folder, HangingStart
       Body b = rod(mass, length, at[i], std::atan2(along.y, along.x));
       b.drag = rest ? 0 : 6;
       const Entity e = w.add_body(b);
-      w.add_link(before, e,
-                 pin_joint(i == 0 ? Vec3(0) : Vec3(length / 2, 0, 0), {-length / 2, 0, 0}));
+      add_link(w, {before, e,
+                   pin_joint(i == 0 ? Vec3(0) : Vec3(length / 2, 0, 0), {-length / 2, 0, 0})});
       before = e;
     }
-    w.add_link(before, ground, pin_joint({length / 2, 0, 0}, at.back()));
+    add_link(w, {before, ground, pin_joint({length / 2, 0, 0}, at.back())});
     std::vector<Real> joints;
     for (const auto& row : shape) joints.push_back(row[1]), joints.push_back(row[2]);
     p.every = rest ? 1 : 12;
@@ -461,7 +462,7 @@ World chain(const RodChain& rods) {
     Joint j = pin_joint(i == 0 ? Vec3(0) : Vec3(rods.length / 2, 0, 0), {-rods.length / 2, 0, 0});
     if (rods.kind == JointKind::ball) j.frames = {};
     j.kind = rods.kind;
-    if (i > 0 || rods.held) w.add_link(before, e, j);
+    if (i > 0 || rods.held) add_link(w, {before, e, j});
     before = e;
     top += flat(rods.angle - kPi / 2, rods.length);
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/base/rotation.hpp"
+#include "engine/world/ties.hpp"
 
 namespace pantin::study {
 namespace {
@@ -45,22 +46,22 @@ World governor(Real stiffness, Real damping) {
     return w.add_body(b);
   };
   const Entity axis = add(200, {25, 1, 25}, {});
-  w.add_link(ground, axis, joint_at(w, ground, axis, {Vec3(0), up}));
+  add_link(w, {ground, axis, joint_at(w, ground, axis, {Vec3(0), up})});
   const Entity slider = add(3, Vec3(0.02), {half, kIdentity});
   Joint slide = joint_at(w, axis, slider, {half, up});
   slide.kind = JointKind::prismatic;
-  w.add_link(axis, slider, slide);
+  add_link(w, {axis, slider, slide});
   for (const Real side : {-0.5, 0.5}) {
     const Vec3 down(side, -std::sqrt(0.75), 0);
     const Quat turned = from_rotation_vector({0, 0, std::atan2(down.y, down.x)});
     // A rod of 3 kg and 1 m with 5 kg at its end.
     const Entity rod = add(8, {0.01, 0.73, 0.73}, {up + 0.8125 * down, turned});
-    w.add_link(axis, rod, joint_at(w, axis, rod, {up, {0, 0, 1}}));
+    add_link(w, {axis, rod, joint_at(w, axis, rod, {up, {0, 0, 1}})});
     Joint spring;
     spring.kind = JointKind::spring;
     spring.anchor_b = {0.5 - 0.8125, 0, 0};
     spring.parameters.edit().translation.spring = {stiffness, damping, 0.5};
-    w.add_link(slider, rod, spring);
+    add_link(w, {slider, rod, spring});
   }
   return w;
 }

@@ -4,6 +4,7 @@
 #include <pantin/joints.hpp>
 
 #include "engine/pantin/detail/checks.hpp"
+#include "engine/world/ties.hpp"
 
 namespace pantin::detail {
 
@@ -40,7 +41,7 @@ Result<Entity> link(World& world, Findings& findings, const T& described, const 
     if (described.drive) features.push_back(Feature::pose_drive);
   findings.known(features, {described.a, described.b});
   if (!findings.ok()) return findings.take();
-  const Entity e = world.add_link(described.a, described.b, joint, described.name);
+  const Entity e = add_link(world, {described.a, described.b, joint}, described.name);
   if constexpr (requires { described.drive; })
     if (described.drive) world.joint_drives.add(e, *described.drive);
   return e;

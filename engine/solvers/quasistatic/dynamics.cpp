@@ -163,6 +163,10 @@ void step_dynamics(World& world, Island& m, const Clock& clock) {
   }
   find_fingers(world, m, clock);
   gather(world, m, clock);
+  if (planar::find_unfit(m.scratch.plane) != UINT32_MAX) {
+    m.lost = true;
+    return;
+  }
   const std::vector<planar::Touch> before = m.touches;
   planar::step_plane(m.scratch.plane, clock.left(), m.touches);
   if (!take_result(world, m, clock.left())) {

@@ -8,6 +8,7 @@
 #include "engine/nurbs/plane_curves.hpp"
 #include "engine/scene/scene.hpp"
 #include "engine/world/surface_start.hpp"
+#include "engine/world/ties.hpp"
 #include "tests/paths.hpp"
 #include "tests/solvers/planar.hpp"
 
@@ -32,7 +33,7 @@ void touch(World& w, SurfaceContact c, const nurbs::Curve& a, const nurbs::Curve
   const std::string why = place_surfaces(c, {w.bodies[c.a].pose, w.bodies[c.b].pose});
   INFO(why);
   REQUIRE(why.empty());
-  w.add_surface_contact(c);
+  add_surface_contact(w, c);
 }
 
 nurbs::Curve egg() {
@@ -71,7 +72,8 @@ World many(Kind kind) {
       continue;
     }
     add_hinge(w, ground, cam, at);
-    w.add_link(ground, other, planar_joint(w, ground, other, JointKind::prismatic, to, {0, 1, 0}));
+    add_link(w,
+             {ground, other, planar_joint(w, ground, other, JointKind::prismatic, to, {0, 1, 0})});
     if (kind == Kind::none) continue;
     touch(w, c, kind == Kind::spline ? egg() : nurbs::circle({.origin = {0.015, 0, 0}}, 0.04),
           face);

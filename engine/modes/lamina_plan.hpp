@@ -1,6 +1,8 @@
 #pragma once
-/// A lamina and its fingers as a scene file describes them, in the x-y plane of the scene, at time
-/// 0: SI units, moments about the scene's origin, counter-clockwise positive.
+/// A lamina and its fingers as a scene file or a program describes them, in the x-y plane of the
+/// scene, at time 0: SI units, moments about the scene's origin, counter-clockwise positive. What
+/// means nothing is refused here, for both.
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -49,5 +51,33 @@ inline std::string body_name(const LaminaPlan& lamina, const FingerPlan& finger)
 
 /// Velocity over the first stretch of its path, m/s.
 modes::Vec2 first_velocity(const FingerPlan& finger);
+
+/// What is wrong with a description, and where: "found ..., expected ...".
+struct LaminaFault {
+  enum class Place : std::uint8_t { outline, corner, finger, point, normal, load } place;
+  std::size_t corner = 0;
+  std::string found, expected;
+};
+using LaminaFinding = std::optional<LaminaFault>;
+
+/// Refuses outlines that bound no area; turns others counter-clockwise.
+LaminaFinding check_outline(std::vector<modes::Vec2>& corners);
+
+/// Lets a finger start at its point; before waypoints are added.
+void start_path(FingerPlan& finger);
+/// Leads it to its next waypoint; refuses times that do not grow.
+LaminaFinding add_waypoint(FingerPlan& finger, const Waypoint& next);
+/// Lets it move steadily for ever, where it has no waypoints.
+void move_steadily(FingerPlan& finger, modes::Vec2 velocity);
+
+/// Puts a finger that has a point and a path to the outline: on the edge or corner that it touches,
+/// or off it, with the edge's normal if it has none, which is (0, 0).
+LaminaFinding place_finger(const LaminaPlan& lamina, FingerPlan& finger);
+
+/// What another finger of the lamina is already.
+std::vector<LaminaFault> repeated(const LaminaPlan& lamina, const FingerPlan& finger);
+
+/// Refuses laminas without load.
+LaminaFinding check_load(const LaminaPlan& lamina);
 
 }  // namespace pantin::detail
