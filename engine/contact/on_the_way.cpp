@@ -10,6 +10,8 @@
 namespace pantin::detail::contact {
 namespace {
 
+/// m: what would go further in a step is lost at its end.
+constexpr Real kFarthest = 1e12;
 /// Of the smaller shape: bodies so near touch; a way so short turns no normal to speak of.
 constexpr Real kTouching = 1e-4, kShortWay = 1e-4;
 constexpr int kMostAdvances = 10;
@@ -130,6 +132,7 @@ void follow_way(const WayFinder& s, Search& search, const ColliderShape& on_a,
   if (!(s.h > 0) || points.empty() || !is_convex(*on_a.shape) || !is_convex(*on_b.shape)) return;
   const Real size = std::min(on_a.extent, on_b.extent);
   const Real margin = s.reach_of(on_a.slot) + s.reach_of(on_b.slot) + kTouching * size;
+  if (!(margin < kFarthest)) return;
   Meeting m{Moving(s, on_a), Moving(s, on_b), size, margin, search};
   // Of what contacts move on both sides, ways are not known so well.
   const bool asks = !s.is_moved(on_a.slot) || !s.is_moved(on_b.slot);
