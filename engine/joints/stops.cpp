@@ -10,13 +10,6 @@ namespace {
 /// Of the cone: nearer to its middle no way out is the shortest.
 constexpr Real kMiddle = 1e-9;
 
-void find_sides(const AngleLimit& limit, Real angle, Vec3 along, JointStop* out) {
-  const Real middle = 0.5 * (limit.low + limit.high);
-  angle -= 2 * kPi * std::round((angle - middle) / (2 * kPi));
-  out[0] = {limit.low - angle, -along, true};
-  out[1] = {angle - limit.high, along, true};
-}
-
 /// Of C = 1 - m^2: m - 1 by the length of its gradient.
 JointStop cone_side(Real c, Vec3 along) {
   const Real m = std::sqrt(std::max(Real(0), 1 - c)), steep = glm::length(along) / (2 * m);
@@ -25,6 +18,27 @@ JointStop cone_side(Real c, Vec3 along) {
 }
 
 }  // namespace
+
+FreeAxes free_axes(JointKind kind, Quat a, Quat b) {
+  switch (turns_of(kind)) {
+    case Turns::about_x:
+      return {a * Vec3(1, 0, 0), Vec3(0)};
+    case Turns::about_two:
+      return {a * Vec3(0, 1, 0), b * Vec3(0, 0, 1)};
+    case Turns::freely:
+    case Turns::nowhere:
+    case Turns::own:
+      break;
+  }
+  return {};
+}
+
+void find_sides(const AngleLimit& limit, Real angle, Vec3 along, JointStop* out) {
+  const Real middle = 0.5 * (limit.low + limit.high);
+  angle -= 2 * kPi * std::round((angle - middle) / (2 * kPi));
+  out[0] = {limit.low - angle, -along, true};
+  out[1] = {angle - limit.high, along, true};
+}
 
 void find_stops(const JointState& at, JointStop (&out)[4]) {
   for (JointStop& side : out) side = {};

@@ -5,6 +5,13 @@
 
 namespace pantin::detail {
 
+/// The axes about which a kind turns that turns about one or two, in axes of the world where `a`
+/// and `b` are the joint axes of its bodies; else zero.
+struct FreeAxes {
+  Vec3 first{0}, second{0};
+};
+FreeAxes free_axes(JointKind kind, Quat a, Quat b);
+
 /// One side of a limited angle.
 struct JointStop {
   Real beyond = 0;  // rad; negative: what is left
@@ -15,6 +22,8 @@ struct JointStop {
 /// its distance to first order. In the middle of a cone, where no way out is shorter than another,
 /// it is not watched.
 void find_stops(const JointState& at, JointStop (&out)[4]);
+/// Of an angle that grows along `along`: the low side and the high one.
+void find_sides(const AngleLimit& limit, Real angle, Vec3 along, JointStop* out);
 
 /// Torque of the soft zones of a joint's limits on b, the opposite on a:
 ///

@@ -10,6 +10,7 @@
 #include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 #include "engine/joints/joint.hpp"
+#include "engine/joints/stops.hpp"
 #include "engine/solvers/articulated/conserving_node.hpp"
 #include "engine/solvers/articulated/contact_groups.hpp"
 #include "engine/solvers/articulated/lane_layout.hpp"
@@ -119,11 +120,6 @@ struct LimitRow {
   // lambda = along . (pull - by_rotation t - by_translation y - by_relative r).
   Real pull = 0;
   Vec3 by_rotation{0}, by_translation{0}, by_relative{0};
-};
-
-/// Free directions of a joint that turns about one axis or two, world axes.
-struct FreeAxes {
-  Vec3 first{0}, second{0};
 };
 
 /// A joint that constrains rotations, during one step. Relative rotations are those of the own body

@@ -5,6 +5,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/joints/joint_force.hpp"
 #include "engine/joints/kinds.hpp"
+#include "engine/joints/stops.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
@@ -40,24 +41,11 @@ struct At {
   }
 };
 
-/// One limited direction of a joint: violation (negative: clearance) and its gradient with respect
-/// to the rotation of b relative to a.
-struct Excess {
-  Real angle = 0;
-  Vec3 along{0};
-  bool watched = false;
-};
-
-/// Both ends of a range: low into out[0], high into out[1].
-void watch(const AngleLimit& limit, Real angle, Vec3 along, Excess* out) {
-  if (!limit.on) return;
-  const Real middle = 0.5 * (limit.low + limit.high);
-  angle -= 2 * kPi * std::round((angle - middle) / (2 * kPi));
-  out[0] = {limit.low - angle, -along, true};
-  out[1] = {angle - limit.high, along, true};
+void watch(const AngleLimit& limit, Real angle, Vec3 along, JointStop* out) {
+  if (limit.on) find_sides(limit, angle, along, out);
 }
 
-void watch(const SwingLimit& limit, const At& at, Vec3 swing, Excess* out) {
+void find_cone_side(const SwingLimit& limit, const At& at, Vec3 swing, JointStop* out) {
   if (!limit.on) return;
   const Real y = std::max(limit.y, kMinConeAngle), z = std::max(limit.z, kMinConeAngle);
   const Real angle = glm::length(swing), m = std::hypot(swing.y / y, swing.z / z);
@@ -78,7 +66,7 @@ void watch(const SwingLimit& limit, const At& at, Vec3 swing, Excess* out) {
 }
 
 /// The limits of a joint: angle low and high, second angle low and high (or one for swing).
-void measure_stops(const At& at, Excess (&out)[4]) {
+void measure_stops(const At& at, JointStop (&out)[4]) {
   const Joint& joint = at.packed.joint;
   const JointLimits& limits = joint.limits;
   switch (turns_of(joint.kind)) {
@@ -102,38 +90,23 @@ void measure_stops(const At& at, Excess (&out)[4]) {
   const Vec3 xa = at.a * kX, xb = at.b * kX;
   const Real c = 1 + glm::dot(xa, xb);
   if (c > 1e-6) watch(limits.angle, parts.twist, (xa + xb) / c, &out[0]);
-  watch(limits.swing, at, parts.swing, &out[2]);
-}
-
-/// Free directions of the kind, at an allowed pose.
-FreeAxes free_axes(const At& at) {
-  switch (turns_of(at.packed.joint.kind)) {
-    case Turns::about_x:
-      return {at.a * kX, Vec3(0)};
-    case Turns::about_two:
-      return {at.a * kY, at.b * kZ};
-    case Turns::freely:
-    case Turns::nowhere:
-    case Turns::own:  // does not come here
-      break;
-  }
-  return {};
+  find_cone_side(limits.swing, at, parts.swing, &out[2]);
 }
 
 /// The limits of a joint, with gradients for the rotation of the own body relative to the parent. A
 /// lock is one limit that acts in both directions.
 void find_limits(const At& at, JointLimit (&out)[4]) {
-  Excess excess[4];
+  JointStop excess[4];
   measure_stops(at, excess);
   for (int s = 0; s < 4; ++s) {
     out[s] = {};
-    if (!excess[s].watched) continue;
-    const bool with_next = s % 2 == 0 && excess[s + 1].watched;
-    if (with_next && excess[s].angle + excess[s + 1].angle > -1e-12) continue;
+    if (!excess[s].is_watched) continue;
+    const bool with_next = s % 2 == 0 && excess[s + 1].is_watched;
+    if (with_next && excess[s].beyond + excess[s + 1].beyond > -1e-12) continue;
     const JointLimits& limits = at.packed.joint.limits;
     const bool both = s % 2 == 1 && (s == 1 ? limits.angle : limits.second).on &&
-                      excess[s - 1].watched && excess[s - 1].angle + excess[s].angle > -1e-12;
-    out[s] = {at.sign() * excess[s].along, -excess[s].angle, true, both};
+                      excess[s - 1].is_watched && excess[s - 1].beyond + excess[s].beyond > -1e-12;
+    out[s] = {at.sign() * excess[s].along, -excess[s].beyond, true, both};
   }
 }
 
@@ -213,7 +186,8 @@ Quat joint_rotation(const PackedJoint& joint, Quat own, Quat parent) {
 }
 
 FreeAxes free_axes(const PackedJoint& joint, Quat own, Quat parent) {
-  return free_axes(At(joint, own, parent));
+  const At at(joint, own, parent);
+  return detail::free_axes(joint.joint.kind, at.a, at.b);
 }
 
 void find_limits(const PackedJoint& joint, Quat own, Quat parent, JointLimit (&out)[4]) {
@@ -237,7 +211,7 @@ void set_terms(const World& world, Island& a, Real h, const Pass& pass) {
       t.align = rotation_vector(aligned * glm::conjugate(own));
     }
     const At at(j, aligned, t.parent);
-    t.free = free_axes(at);
+    t.free = detail::free_axes(j.joint.kind, at.a, at.b);
     JointLimit found[4];
     find_limits(at, found);
     for (int s = 0; s < 4; ++s) {
@@ -304,15 +278,15 @@ void find_limit_lambdas(JointTerms& t, Vec3 rotation, Vec3 translation) {
 bool update_limits(Island& a, std::size_t c, const JointResponse& moved) {
   PackedJoint& j = a.joints[c];
   JointTerms& t = a.scratch.terms[c];
-  Excess excess[4];
+  JointStop excess[4];
   const At at(j, moved.own, moved.parent);
   measure_stops(at, excess);
   if (!a.iterates) find_limit_lambdas(t, moved.rotation, moved.translation);
   bool converged = true;
   for (int s = 0; s < 4; ++s) {
     LimitRow& limit = t.limits[s];
-    if (!excess[s].watched) continue;
-    const Real beyond = excess[s].angle;
+    if (!excess[s].is_watched) continue;
+    const Real beyond = excess[s].beyond;
     const Vec3 along = at.sign() * excess[s].along;
     if (const Real same = glm::dot(along, limit.along); same < 0.7) {
       // The swing moved to another side of its cone.

@@ -164,9 +164,9 @@ bool step_euler(const World& world, Island& m, const Span& span) {
   scratch.time -= span.h;
   write_all_rows(world, m, {draws || !m.joint_forces.empty(), false});
   scratch.time = ends;
-  scratch.pins_over = span.h;
+  scratch.forces_over = span.h;
   add_forces(world, m, Torques::applied);
-  scratch.pins_over = 0;
+  scratch.forces_over = 0;
   right_of_rates(m);
   if (draws)
     for (const Block& b : m.blocks)

@@ -47,7 +47,7 @@ void add_pair_force(Island& m, const BodyPairForce& p, const OppositeForces& for
 /// After the spring pins of an island were listed.
 void count_pins(Island& m);
 /// Adds those of spring pins: at the current state, or as they are at the end of
-/// scratch.pins_over.
+/// scratch.forces_over.
 void add_pin_forces(const World& world, Island& m);
 /// Adds joint forces at the current state to scratch.force.
 void add_joint_forces(const World& world, Island& m);
@@ -85,7 +85,7 @@ struct JointTorque {
 };
 JointTorque torque_of(const World& world, const Island& m, const BodyPairForce& joint);
 /// Adds those of all joints to scratch.force: at the current state, or as they are at the end of
-/// scratch.pins_over.
+/// scratch.forces_over.
 void add_joint_torques(const World& world, Island& m);
 /// Slopes of the forces of all compliant rows at the current state, by row: N/m and N s/m, or
 /// N m/rad and N m s/rad; and what a force on a row accelerates it by, 1/kg or 1/(kg m^2).

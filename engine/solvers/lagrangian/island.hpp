@@ -257,9 +257,10 @@ struct StepScratch {
   CollocationScratch collocation;
   BlowScratch blow;
   bool springs_active = false;
-  Real pins_over = 0;        // s: a step at the end of which spring pins pull; 0: as they are
-  Real time = 0;             // s, at which frames and drives are evaluated
-  Real opened = 0;           // residual before the last projection
+  Real forces_over =
+      0;            // s: a step at whose end spring pins, drives and soft stops act; 0: as they are
+  Real time = 0;    // s, at which frames and drives are evaluated
+  Real opened = 0;  // residual before the last projection
   Real projection_work = 0;  // J, of scratch.force along the last projection of poses
   // Projections are part of the motion, not corrections of errors: angular velocities turn along.
   bool projection_moves = false;

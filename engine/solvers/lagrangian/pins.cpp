@@ -51,7 +51,7 @@ void count_pins(Island& m) {
 }
 
 void add_pin_forces(const World& world, Island& m) {
-  const Real h = m.scratch.pins_over;
+  const Real h = m.scratch.forces_over;
   for (const BodyPairForce& p : m.elastic_pins) {
     const Pin& pin = world.pins.values()[p.source];
     const Pull pull = pull_of(m, p, pin);

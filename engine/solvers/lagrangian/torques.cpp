@@ -1,5 +1,6 @@
 // Torques between the two bodies of a joint: drives and soft stops.
 #include <algorithm>
+#include <array>
 
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
@@ -65,26 +66,16 @@ Mat3 mobility_of(const Island& m, const BodyPairForce& p) {
   return mobile;
 }
 
-/// The directions about which a joint turns, world axes; how many.
-int free_directions(const World& world, const Island& m, const BodyPairForce& p, Vec3 (&out)[3]) {
+/// The directions about which a joint may turn, world axes; zeros beside them.
+std::array<Vec3, 3> turning_directions(const World& world, const Island& m,
+                                       const BodyPairForce& p) {
   const Joint& joint = world.links.values()[p.source].joint;
-  const Quat a = m.scratch.body_states[p.body[0]].rotation * joint.frames.a(),
-             b = m.scratch.body_states[p.body[1]].rotation * joint.frames.b();
-  switch (info_of(joint.kind).rotations) {
-    case Turns::about_x:
-      out[0] = a * Vec3(1, 0, 0);
-      return 1;
-    case Turns::about_two:
-      out[0] = a * Vec3(0, 1, 0), out[1] = b * Vec3(0, 0, 1);
-      return 2;
-    case Turns::nowhere:
-      return 0;
-    case Turns::freely:
-    case Turns::own:
-      break;
-  }
-  out[0] = {1, 0, 0}, out[1] = {0, 1, 0}, out[2] = {0, 0, 1};
-  return 3;
+  const Turns turns = turns_of(joint.kind);
+  if (turns == Turns::freely || turns == Turns::own) return {Vec3(1, 0, 0), {0, 1, 0}, {0, 0, 1}};
+  const FreeAxes axes =
+      free_axes(joint.kind, m.scratch.body_states[p.body[0]].rotation * joint.frames.a(),
+                m.scratch.body_states[p.body[1]].rotation * joint.frames.b());
+  return {axes.first, axes.second, Vec3(0)};
 }
 
 }  // namespace
@@ -97,7 +88,7 @@ JointTorque torque_of(const World& world, const Island& m, const BodyPairForce& 
 }
 
 void add_joint_torques(const World& world, Island& m) {
-  const Real h = m.scratch.pins_over;
+  const Real h = m.scratch.forces_over;
   for (const BodyPairForce& p : m.joint_torques) {
     const JointTorque of = torque_of(world, m, p);
     Vec3 torque = of.torque;
@@ -119,12 +110,10 @@ Stiffness stiffness_of_torques(const World& world, const Island& m) {
   for (const BodyPairForce& p : m.joint_torques) {
     const JointTorque of = torque_of(world, m, p);
     const Mat3 mobile = mobility_of(m, p);
-    Vec3 about[3];
-    const int count = free_directions(world, m, p, about);
-    for (int i = 0; i < count; ++i) {
-      const Real gives = glm::dot(about[i], mobile * about[i]);
-      most.spring = std::max(most.spring, gives * glm::dot(about[i], of.stiffness * about[i]));
-      most.damper = std::max(most.damper, gives * glm::dot(about[i], of.damping * about[i]));
+    for (const Vec3 about : turning_directions(world, m, p)) {
+      const Real gives = glm::dot(about, mobile * about);
+      most.spring = std::max(most.spring, gives * glm::dot(about, of.stiffness * about));
+      most.damper = std::max(most.damper, gives * glm::dot(about, of.damping * about));
     }
   }
   return most;
