@@ -127,19 +127,6 @@ std::optional<Vec3> articulated_pin_force(const World& world, std::uint32_t pin)
   return std::nullopt;
 }
 
-/// Of a pin between islands of two solvers.
-std::optional<Vec3> interface_force(const World& world, const lagrangian::Island* leader,
-                                    const Pin& pin, std::uint32_t slot) {
-  if (!leader) return std::nullopt;
-  for (const contact::Interface& tie : leader->interfaces) {
-    if (tie.kind != contact::TieKind::pin || tie.source != slot) continue;
-    const std::uint32_t body = world.bodies.slot_then(world.bodies.slot(pin.body));
-    const Owner owner = owner_of(partition_of(world), body);
-    return owner && owner.solver == kLagrangian ? tie.force : -tie.force;
-  }
-  return std::nullopt;
-}
-
 /// Of a pin that pulls by a spring on an island.
 Vec3 spring_force(const World& world, const Pin& pin) {
   const Body& body = world.bodies[pin.body];
@@ -239,7 +226,6 @@ std::optional<Vec3> pin_force(const World& world, Entity pin) {
     return -lagrangian::joint_wrench(*m, at->block).force;
   }
   if (m && m->fresh) return std::nullopt;
-  if (const auto force = interface_force(world, m, p, slot)) return force;
   if (m && p.kind == PinKind::spring) return spring_force(world, p);
   return articulated_pin_force(world, slot);
 }

@@ -5,7 +5,6 @@
 #include "engine/base/invariants.hpp"
 #include "engine/base/rotation.hpp"
 #include "engine/contact/detect.hpp"
-#include "engine/runtime/coupling.hpp"
 #include "engine/runtime/events.hpp"
 #include "engine/runtime/monitor.hpp"
 #include "engine/runtime/requests.hpp"
@@ -130,13 +129,6 @@ bool detect_contacts(World& world, const StepTask& task) {
   scratch.stale = false;
   for (const SolverRow* solver : kSolvers) solver->take_contacts(world, task.h);
   return true;
-}
-
-void collect_pressures(World& world) {
-  std::vector<contact::Pressure>& pressures = world.memory.of<contact::Memory>().pressures;
-  pressures.clear();
-  if (contacts_of(world).empty()) return;
-  for (const SolverRow* solver : kSolvers) solver->press(world, pressures);
 }
 
 /// The requests of this step to kinematic bodies have been met.
@@ -296,7 +288,6 @@ void predict(Step& s) {
   check_kinematic_bodies(world, s.report);
   if (s.record.monitor) s.record.monitor->note_start(world);
   if (s.record.start) note_teleports(world, *s.record.start);
-  save_coupled(world);
   for (const SolverRow* solver : kSolvers) solver->predict(world, s.task);
   note_used_forces(world);
 }
@@ -321,7 +312,6 @@ void take_changes(Step& s, Stage stage) {
   }
   compile_if_changed(s.world);
   for (const SolverRow* solver : kSolvers) solver->catch_up(s.world, s.task);
-  recouple(s.world);
 }
 
 /// Contacts on the way from the poses before the step to the predicted ones.
@@ -339,10 +329,6 @@ void adjust(Step& s) {
   if (world.memory.of<contact::Memory>().scratch.stale)
     s.moved = detect_contacts(world, s.task) || s.moved;
   for (const SolverRow* solver : kSolvers) solver->adjust(world, s.task);
-  step_coupled(world, s.task.h);
-  for (const SolverRow* solver : kSolvers) solver->adjust_touching(world, s.task);
-  couple_touching(world, s.task.h);
-  collect_pressures(world);
   for (const SolverRow* solver : kSolvers)
     if (solver->list_contacts) solver->list_contacts(world, contacts_of(world));
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// The islands of one solver, and repeated steps of an island.
+/// The islands of one solver.
 #include <vector>
 
 #include "engine/world/memory.hpp"
@@ -7,18 +7,11 @@
 
 namespace pantin::detail {
 
-/// All islands of a solver. An island derives from `Memory`, its state; the first own() of its
-/// slots are those of its bodies.
-template <class Island, class Memory>
+/// All islands of a solver.
+template <class Island>
 struct IslandList {
-  /// Initial state of a step that is repeated.
-  struct Saved {
-    Memory memory;
-    std::vector<Body> bodies;
-  };
   struct ListScratch {
-    bool prepared = false;     // every island has its scratch memory
-    std::vector<Saved> saved;  // by island
+    bool prepared = false;  // every island has its scratch memory
   };
 
   std::vector<Island> list;
@@ -35,31 +28,6 @@ template <class T>
 bool is_same_value(const Store<T>& store, std::uint32_t old, std::uint32_t now) {
   if (old == kNoSlot || now == kNoSlot) return old == now;
   return store.slot_now(old) == now;
-}
-
-/// Saves the state of an island and of its bodies.
-template <class Islands>
-void save_island(World& world, std::size_t island) {
-  Islands& all = world.memory.of<Islands>();
-  all.scratch.saved.resize(all.list.size());
-  const auto& a = all.list[island];
-  typename Islands::Saved& saved = all.scratch.saved[island];
-  saved.memory = a;
-  saved.bodies.clear();
-  for (std::size_t c = 0; c < a.own(); ++c)
-    saved.bodies.push_back(world.bodies.values()[a.slots[c]]);
-}
-
-/// Puts the saved state back; returns the island.
-template <class Islands>
-auto& restore_island(World& world, std::size_t island) {
-  Islands& all = world.memory.of<Islands>();
-  all.scratch.saved.resize(all.list.size());
-  auto& a = all.list[island];
-  const typename Islands::Saved& saved = all.scratch.saved[island];
-  static_cast<decltype(Islands::Saved::memory)&>(a) = saved.memory;
-  for (std::size_t c = 0; c < a.own(); ++c) world.bodies.values()[a.slots[c]] = saved.bodies[c];
-  return a;
 }
 
 }  // namespace pantin::detail

@@ -3,7 +3,7 @@
 ///
 /// A solver is a folder and a row of kSolvers. Each island of the World belongs to one row; the
 /// solver compiles its islands into memory of its own (World::memory) and steps them. Solvers are
-/// independent of one another: islands interact through engine/contact.
+/// independent of one another: what is tied together, or may touch, is stepped by one of them.
 #include <array>
 #include <cstdint>
 #include <span>
@@ -37,16 +37,11 @@ struct SolverRow {
   /// Allocates scratch memory: after compile, and after the World was copied.
   void (*prepare)(World&) = [](World&) {};
 
-  /// The update stage: free motion of all islands. Leaders of interfaces are stepped by `repeat`
-  /// instead.
+  /// The update stage: free motion of all islands.
   void (*predict)(World&, const StepTask&);
   /// After islands were compiled anew within a step, between the update and the adjust stage: the
   /// changed ones are predicted, or skip the substep.
   void (*catch_up)(World&, const StepTask&) = [](World&, const StepTask&) {};
-  /// Within a substep, from the update stage on: false if the island skips it.
-  bool (*has_begun)(const World&, std::size_t island) = [](const World&, std::size_t) {
-    return true;
-  };
   /// After a saved World was read: what no step can be computed with in its islands, or null.
   const char* (*fault)(const World&) = [](const World&) -> const char* { return nullptr; };
   /// Whether all its islands sleep.
@@ -63,37 +58,8 @@ struct SolverRow {
       [](const World&, std::vector<contact::StartPose>&) {};
   /// After contact detection: each island takes the contacts of its bodies.
   void (*take_contacts)(World&, Real h) = [](World&, Real) {};
-  /// The adjust stage: closes joints, resolves contacts, writes bodies. For islands that neither
-  /// follow an interface nor are in contact with one another.
+  /// The adjust stage: closes joints, resolves contacts, writes bodies.
   void (*adjust)(World&, const StepTask&) = [](World&, const StepTask&) {};
-  /// The same for islands in contact with one another.
-  void (*adjust_touching)(World&, const StepTask&) = [](World&, const StepTask&) {};
-
-  // Interfaces: see runtime/coupling.hpp.
-  std::size_t (*count)(const World&) = [](const World&) -> std::size_t { return 0; };
-  /// The interfaces of which the island is the leader.
-  std::span<contact::Interface> (*interfaces)(World&, std::size_t island) =
-      [](World&, std::size_t) -> std::span<contact::Interface> { return {}; };
-  /// Whether the island is the follower of an interface.
-  bool (*follows)(const World&, std::size_t island) = [](const World&, std::size_t) {
-    return false;
-  };
-  /// Whether it is in contact with another island of its solver.
-  bool (*touches)(const World&, std::size_t island) = [](const World&, std::size_t) {
-    return false;
-  };
-  /// Saves the initial state of the step, bodies included.
-  void (*save)(World&, std::size_t island) = [](World&, std::size_t) {};
-  /// Repeats the step from the saved state. False if it fails or is too dear to be repeated.
-  bool (*repeat)(World&, std::size_t island, Real h) = [](World&, std::size_t, Real) {
-    return true;
-  };
-  /// Appends the reactions of a follower at its interfaces over the step.
-  void (*react)(World&, std::size_t island, Real h, std::vector<contact::Reaction>&) =
-      [](World&, std::size_t, Real, std::vector<contact::Reaction>&) {};
-  /// Appends forces of contacts on bodies that had been stepped already.
-  void (*press)(const World&, std::vector<contact::Pressure>&) =
-      [](const World&, std::vector<contact::Pressure>&) {};
   /// At the end of a substep: appends the contacts that a solver has found by itself, in the order
   /// of contact::Memory::contacts. Null: it has none.
   void (*list_contacts)(const World&, std::vector<Contact>&) = nullptr;

@@ -11,8 +11,8 @@ bool is_dynamic(const World& world, std::uint32_t slot) {
   return slot != kNoSlot && world.bodies.values()[slot].motion == Motion::dynamic;
 }
 
-/// Sets that only joints, gears, belts and cables over guides make.
-void join_along_joints(const World& world, DisjointSets& sets) {
+/// What joints, surfaces, gears, belts, cables and pins tie together.
+void join_tied(const World& world, DisjointSets& sets) {
   std::uint32_t last = kNoSlot;
   const auto join = [&](Entity body) {
     const std::uint32_t slot = world.bodies.slot(body);
@@ -35,10 +35,10 @@ void join_along_joints(const World& world, DisjointSets& sets) {
     for (const BeltPulley& p : belt.pulleys) join(p.body);
   }
   for (const Cable& c : world.cables.values()) {
-    if (c.guides.empty()) continue;
     join_all({c.a, c.b});
     for (const CableGuide& g : c.guides) join(g.body);
   }
+  for (const Pin& pin : world.pins.values()) join_all({pin.body, pin.to});
 }
 
 /// The sets among the dynamic bodies, by their lowest slot.
@@ -81,22 +81,11 @@ std::vector<Entity> list_beyond(const World& world) {
 
 std::vector<IslandPlan> find_islands(const World& world, RowOf row_of) {
   DisjointSets sets(world.bodies.size());
-  join_along_joints(world, sets);
-  std::vector<std::uint8_t> row(world.bodies.size(), 0);
-  for (const IslandPlan& island : list_sets(world, sets))
-    for (const std::uint32_t slot : island.slots) row[slot] = row_of(island.settings.solver);
-
-  const auto tie = [&](Entity a, Entity b) {
-    const std::uint32_t sa = world.bodies.slot(a), sb = world.bodies.slot(b);
-    if (is_dynamic(world, sa) && is_dynamic(world, sb) && row[sa] == row[sb]) sets.join(sa, sb);
-  };
-  for (const Cable& s : world.cables.values()) tie(s.a, s.b);
-  for (const Pin& pin : world.pins.values())
-    if (pin.to) tie(pin.body, pin.to);
+  join_tied(world, sets);
   std::vector<IslandPlan> islands = list_sets(world, sets);
   const std::vector<Entity> beyond = list_beyond(world);
   for (IslandPlan& island : islands) {
-    island.solver = row[island.slots.front()];
+    island.solver = row_of(island.settings.solver);
     if (island.settings.solver != Solver::articulated) continue;
     for (const std::uint32_t slot : island.slots)
       if (beyond[slot] && !island.beyond) island.beyond = beyond[slot];

@@ -73,10 +73,9 @@ struct Partition {
 /// The row in kSolvers for a solver setting.
 using RowOf = std::uint8_t (*)(Solver);
 
-/// Finds all islands. Joints and gears always connect; the solver of an island is that of its first
-/// body with settings; "auto" leaves islands with what it does not know to "lagrangian". Cables and
-/// pins connect bodies of the same solver only: between two solvers they are interfaces. Islands
-/// are ordered by their lowest slot.
+/// Finds all islands: what joints, surfaces, gears, belts, cables and pins tie together. The solver
+/// of an island is that of its first body with settings; "auto" leaves islands with what it does
+/// not know to "lagrangian". Islands are ordered by their lowest slot.
 std::vector<IslandPlan> find_islands(const World& world, RowOf row_of);
 
 /// The partition of the last step.

@@ -57,8 +57,6 @@ TEST_CASE("no list of what is remembered forgets a member") {
   check_list<lagrangian::IslandStructure>("lagrangian::IslandStructure");
   check_list<lagrangian::IslandMemory>("lagrangian::IslandMemory");
   check_list<Contact>("Contact");
-  check_list<contact::Interface>("Interface");
-  check_list<contact::Pressure>("Pressure");
   check_list<contact::Memory>("contact::Memory");
   check_list<Partition>("Partition");
 }

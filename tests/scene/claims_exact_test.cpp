@@ -111,7 +111,7 @@ CLAIM("spinning_top", "it walks around as the closed form for fast tops says") {
   CHECK(p.worst_gap < 1e-11);
 }
 
-CLAIM("gate", "a rope of one solver and a gate of the other feel each other") {
+CLAIM("gate", "a rope and the gate it is tied to feel each other") {
   Real farthest = 0, pulled = 0;
   const Played p = play("gate", [&](const World& w) {
     const Vec3 corner = to_world(w.origin_pose(w.find("gate")), {0.6, 0.45, 0});

@@ -88,8 +88,8 @@ Freedoms degrees_of_freedom(const World& world) {
   Freedoms all{freedoms_of_plane(world), {}};
   for (std::size_t i = 0; i < lagrangian::islands_of(counted).size(); ++i) {
     const lagrangian::Island& m = lagrangian::islands_of(counted)[i];
-    if (m.own() > 0 && is_planar(world, m.slots[0])) continue;
-    std::int64_t own = 6 * static_cast<std::int64_t>(m.count() - m.interfaces.size());
+    if (m.count() > 0 && is_planar(world, m.slots[0])) continue;
+    std::int64_t own = 6 * static_cast<std::int64_t>(m.count());
     for (const lagrangian::Block& b : m.blocks)
       if (b.kind == lagrangian::BlockKind::joint || b.kind == lagrangian::BlockKind::pin ||
           b.kind == lagrangian::BlockKind::gear || b.kind == lagrangian::BlockKind::belt ||

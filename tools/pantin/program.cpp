@@ -308,7 +308,7 @@ std::vector<std::pair<Solver, std::size_t>> solvers_in_use(const World& world) {
   for (const articulated::Island& a : articulated::islands_of(world))
     add(a.settings.solver, a.count());
   for (const lagrangian::Island& m : lagrangian::islands_of(world))
-    add(m.settings.solver, m.count() - m.interfaces.size());
+    add(m.settings.solver, m.count());
   for (std::uint32_t slot = 0; slot < world.bodies.size(); ++slot)
     if (is_solved_by(kPlanar, world, slot)) add(Solver::planar, 1);
   for (std::uint32_t slot = 0; slot < world.bodies.size(); ++slot)

@@ -178,12 +178,9 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
                               {"residual_m", u.residual},
                               {"reachable", u.reachable}});
   for (const lagrangian::Island& m : lagrangian::islands_of(sim.world)) {
-    Json one = {{"bodies", m.count() - m.interfaces.size()},
-                {"integrator", name_of(m.settings.integrator)},
-                {"equations", m.equations()},
-                {"rank", m.rank},
-                {"redundant", Json::array()},
-                {"residual", m.residual},
+    Json one = {{"bodies", m.count()},        {"integrator", name_of(m.settings.integrator)},
+                {"equations", m.equations()}, {"rank", m.rank},
+                {"redundant", Json::array()}, {"residual", m.residual},
                 {"parts", m.substeps}};
     for (const lagrangian::Fault& f : m.faults)
       if (f.kind == lagrangian::Fault::redundant)

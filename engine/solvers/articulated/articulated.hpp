@@ -60,9 +60,4 @@ struct JointLoad {
 };
 JointLoad joint_load(const World& world, const Island& a, std::size_t column);
 
-/// Reactions of an adjusted island at its interfaces over the step.
-void react(World& world, std::size_t island, Real h, std::vector<contact::Reaction>& out);
-/// Contact forces on bodies of solvers that have no contact response.
-void press(const World& world, std::vector<contact::Pressure>& out);
-
 }  // namespace pantin::detail::articulated

@@ -92,18 +92,13 @@ struct Unchanged {
 Island renumbered(Island old, Island& made) {
   copy_slots(made, old);
   old.slots = std::move(made.slots), old.links = std::move(made.links);
-  old.follows = made.follows;
   old.joints = std::move(made.joints), old.constants = std::move(made.constants);
   return old;
 }
 
-/// Islands that are built as they were go on as they were; so does what a repeated step of theirs
-/// starts from.
+/// Islands that are built as they were go on as they were.
 void keep_unchanged(World& world, std::vector<Island>& before, std::vector<Island>& made) {
-  Islands& all = world.memory.of<Islands>();
   const bool edited = world.edit_count != partition_of(world).edit_count;
-  std::vector<Islands::Saved> saved(made.size());
-  all.scratch.saved.resize(before.size());
   std::vector<std::uint32_t> at(world.bodies.size(), kNoSlot);  // by slot of the first body
   for (std::uint32_t i = 0; i < before.size(); ++i)
     if (const std::uint32_t slot = world.bodies.slot(before[i].bodies.front()); slot != kNoSlot)
@@ -116,10 +111,7 @@ void keep_unchanged(World& world, std::vector<Island>& before, std::vector<Islan
     a = renumbered(std::move(before[was]), a);
     a.was = was;
     if (edited) rouse(a);
-    saved[i] = std::move(all.scratch.saved[was]);
-    copy_slots(a, saved[i].memory);
   }
-  all.scratch.saved = std::move(saved);
 }
 
 /// Location of a body's state in the previous compilation.

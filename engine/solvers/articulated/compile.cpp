@@ -116,7 +116,7 @@ void read_pins(Builder& b) {
     const Real compliance = pin.kind == PinKind::exact ? 0 : 1 / pin.stiffness;
     if (!b.is_dynamic(slot)) {  // a kinematic body needs no pin, but may be an anchor
       const std::uint32_t to = pin.to ? world.bodies.slot(pin.to) : kNoSlot;
-      if (b.is_foreign(slot) && to != kNoSlot && b.is_dynamic(to))
+      if (to != kNoSlot && b.is_dynamic(to))
         b.anchorages.push_back(
             {to, pin.target, slot, i, kNoSlot, pin.anchor, pin.priority, compliance, pin.damping});
       continue;
@@ -408,23 +408,6 @@ void tie_cords(Builder& b, std::vector<Island>& made) {
   }
 }
 
-/// Whether another solver moves a body that holds any part of the island.
-bool follows_others(const Builder& b, const Island& a) {
-  const World& world = b.world;
-  const auto foreign_pin = [&](const auto& held) {
-    if (held.held_pin == kNoSlot) return false;
-    const Pin& pin = world.pins.values()[held.held_pin];
-    return b.is_foreign(world.bodies.slot(pin.body)) ||
-           (pin.to && b.is_foreign(world.bodies.slot(pin.to)));
-  };
-  const auto foreign_cable = [&](const PackedCable& cable) {
-    return b.is_foreign(cable.slot_a) || b.is_foreign(cable.slot_b);
-  };
-  return std::any_of(a.trees.begin(), a.trees.end(), foreign_pin) ||
-         std::any_of(a.pins.begin(), a.pins.end(), foreign_pin) ||
-         std::any_of(a.cables.begin(), a.cables.end(), foreign_cable);
-}
-
 }  // namespace
 
 void compile(World& world, std::span<const IslandPlan> plans) {
@@ -442,10 +425,7 @@ void compile(World& world, std::span<const IslandPlan> plans) {
   tie_loops(b, made);
   for (const Island& a : made)
     for (std::uint32_t c = 0; c < a.count(); ++c) b.partition.set_column(a.slots[c], c);
-  for (std::size_t i = 0; i < made.size(); ++i) {
-    made[i].unfit = plans[i].unfit;
-    made[i].follows = follows_others(b, made[i]);
-  }
+  for (std::size_t i = 0; i < made.size(); ++i) made[i].unfit = plans[i].unfit;
   std::vector<Island>& list = world.memory.of<Islands>().list;
   carry_over(world, list, made);
   list = std::move(made);

@@ -131,7 +131,7 @@ bool all_found(const World& world, const Island& a, Entity& lost) {
 
 bool conserves(const World& world, const Island& a) {
   return a.finite && a.settings.solver == Solver::articulated && a.settings.tension_stiffness &&
-         a.projected_steps == 0 && !a.follows && a.scratch.contact_rows.empty() &&
+         a.projected_steps == 0 && a.scratch.contact_rows.empty() &&
          (a.joints.empty() || can_limit(world, a)) && (!has_rows(a) || can_tie(world, a));
 }
 

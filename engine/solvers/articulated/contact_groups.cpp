@@ -39,7 +39,7 @@ bool has_near_pins(const World& world, const Island& a) {
 }
 
 bool can_join(const World& world, const Island& a) {
-  return !a.unfit && a.finite && a.settings.solver == Solver::articulated && !a.follows &&
+  return !a.unfit && a.finite && a.settings.solver == Solver::articulated &&
          has_near_pins(world, a);
 }
 

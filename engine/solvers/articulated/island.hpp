@@ -334,7 +334,6 @@ struct IslandStructure {
   Real size = 0;                      // m, longest way through the joints; scales tolerances
   Real mass = 0;                      // kg
   bool is_chain = false;              // every parent is the previous column: fast path
-  bool follows = false;               // another solver moves a body that holds any part of it
   Entity unfit;                       // a body that no step can be computed with, or none
 
   static void fields(auto& self, auto&& field) {
@@ -348,7 +347,6 @@ struct IslandStructure {
     field("size", derived(self.size));
     field("mass", derived(self.mass));
     field("is_chain", derived(self.is_chain));
-    field("follows", derived(self.follows));
     field("unfit", derived(self.unfit));
   }
 };
@@ -442,7 +440,6 @@ struct Island : IslandStructure, IslandMemory, StepPlan, StepResult {
   Scratch<StepScratch> scratch;
 
   std::size_t count() const { return bodies.size(); }
-  std::size_t own() const { return bodies.size(); }
 
   // Plan and result belong to one step.
   static void fields(auto& self, auto&& field) {
@@ -453,7 +450,7 @@ struct Island : IslandStructure, IslandMemory, StepPlan, StepResult {
 };
 
 /// All islands of the articulated solver.
-struct Islands : IslandList<Island, IslandMemory> {
+struct Islands : IslandList<Island> {
   static constexpr std::string_view name = "articulated";  // in saved Worlds
   struct MutualScratch {
     std::vector<Island*> list;

@@ -10,8 +10,6 @@
 namespace pantin::detail::articulated {
 namespace {
 
-bool follows(const World& world, std::size_t island) { return islands_of(world)[island].follows; }
-
 void predict(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
   for_each_island(all.size(), task, [&](std::size_t i) { update(world, all[i], task.h); });
@@ -21,10 +19,7 @@ void predict(World& world, const StepTask& task) {
 void catch_up(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
   for (std::size_t i = 0; i < all.size(); ++i)
-    if (!all[i].scratch.predicted) save_island<Islands>(world, i), update(world, all[i], task.h);
-}
-bool has_begun(const World& world, std::size_t island) {
-  return islands_of(world)[island].scratch.predicted;
+    if (!all[i].scratch.predicted) update(world, all[i], task.h);
 }
 
 /// Islands in contact with one another are solved together, one iteration each in turn.
@@ -61,24 +56,14 @@ void adjust_alone(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
   for_each_island(all.size(), task, [&](std::size_t i) {
     forget_result(all[i]);
-    const bool elsewhere = all[i].mutual || all[i].follows || (all[i].in_group && !all[i].asleep);
+    const bool elsewhere = all[i].mutual || (all[i].in_group && !all[i].asleep);
     if (!elsewhere) adjust(world, all[i], task.h, all[i].lost);
   });
   step_contact_groups(world, task);
+  adjust_touching(world, task);
 }
-
-bool touches(const World& world, std::size_t island) { return islands_of(world)[island].mutual; }
 
 bool sleeps(const World& world, std::size_t island) { return islands_of(world)[island].asleep; }
-
-std::size_t count(const World& world) { return islands_of(world).size(); }
-
-bool repeat(World& world, std::size_t island, Real h) {
-  Island& a = restore_island<Islands>(world, island);
-  update(world, a, h);
-  forget_result(a);
-  return adjust(world, a, h, a.lost);
-}
 
 const char* fault(const World& world) {
   for (const Island& a : islands_of(world)) {
@@ -180,21 +165,12 @@ const SolverRow kRow{.name = "articulated",
                      .prepare = prepare,
                      .predict = predict,
                      .catch_up = catch_up,
-                     .has_begun = has_begun,
                      .fault = fault,
                      .asleep = all_asleep,
                      .sleeps = sleeps,
                      .find_reaches = find_reaches,
                      .take_contacts = take_contacts,
                      .adjust = adjust_alone,
-                     .adjust_touching = adjust_touching,
-                     .count = count,
-                     .follows = follows,
-                     .touches = touches,
-                     .save = save_island<Islands>,
-                     .repeat = repeat,
-                     .react = react,
-                     .press = press,
                      .note_failure = note_failure,
                      .report = report,
                      .measure = measure};

@@ -206,7 +206,7 @@ struct Attempt {
 
 /// Whether Runge-Kutta takes the steps of loops that an integrator cannot.
 bool can_pass_singular(const Island& m, const IntegratorRow& by) {
-  return by.takes_means && m.loops && m.touches.empty() && m.interfaces.empty();
+  return by.takes_means && m.loops && m.touches.empty();
 }
 
 /// Pins, drives and soft stops: of the collocation rows, and of Euler's method as they are at the
@@ -297,7 +297,6 @@ Real kinetic_energy(const Island& m, const Motions& s) {
 }
 
 bool stands_on_rest(const Island& m) {
-  if (!m.interfaces.empty()) return false;
   for (std::size_t n = m.count(); n < m.scratch.body_states.size(); ++n)
     if (m.scratch.body_states[n].velocity != Vec3(0) ||
         m.scratch.body_states[n].angular_velocity != Vec3(0))
@@ -328,8 +327,7 @@ bool pay_projection(Island& m, Real before) {
 bool advance(const World& world, Island& m, const Span& span) {
   const IntegratorRow& requested = row_of(m.settings.integrator);
   const bool by_poses = requested.ends_on_joints || requested.projection_presses;
-  const bool serves = (requested.carries_interfaces || m.interfaces.empty()) &&
-                      !(by_poses && span.h < kShortest * span.whole);
+  const bool serves = !(by_poses && span.h < kShortest * span.whole);
   // Nothing is stiff in a body without joints, and this one keeps its angular momentum.
   const bool is_loose = requested.turns_far && m.blocks.empty();
   const IntegratorRow& chosen = !serves    ? integrators::euler

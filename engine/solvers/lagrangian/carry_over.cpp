@@ -27,12 +27,6 @@ struct Unchanged {
       case BlockKind::surface:
       case BlockKind::roll:
         return is_same_value(world.surface_contacts, old, slot);
-      case BlockKind::interface: {  // by the connection
-        const contact::Interface &a = was.interfaces[old], &b = now.interfaces[slot];
-        const bool pin = a.kind == contact::TieKind::pin;
-        return a.kind == b.kind &&
-               is_same_source(pin ? BlockKind::pin : BlockKind::cable, a.source, b.source);
-      }
       case BlockKind::joint:
       case BlockKind::limit:
       case BlockKind::spring:
@@ -64,19 +58,12 @@ struct Unchanged {
   }
   bool is_so() const {
     return was.bodies == now.bodies && was.rows == now.rows && all(was.blocks, now.blocks) &&
-           all(was.frames, now.frames) && all(was.joint_forces, now.joint_forces) &&
-           was.interfaces.size() == now.interfaces.size();
+           all(was.frames, now.frames) && all(was.joint_forces, now.joint_forces);
   }
 };
 
-/// Carries over what only steps change: revolution counts, interfaces, faults found.
+/// Carries over what only steps change: revolution counts, faults found.
 void carry_on(const World& world, Island& was, Island& m) {
-  for (std::size_t i = 0; i < m.interfaces.size(); ++i) {
-    const contact::Interface today = m.interfaces[i];
-    contact::Interface& h = m.interfaces[i] = was.interfaces[i];
-    h.source = today.source, h.anchor = today.anchor;
-    h.body = today.body, h.point_mass = today.point_mass;
-  }
   m.touches = was.touches;
   m.memory = was.memory, m.mean_lambda = was.mean_lambda, m.forces = was.forces;
   m.fresh = was.fresh, m.counted = was.counted;
@@ -96,15 +83,14 @@ void carry_on(const World& world, Island& was, Island& m) {
 
 }  // namespace
 
-std::uint32_t carry_memory(const World& world, std::vector<Island>& before, Island& m) {
+void carry_memory(const World& world, std::vector<Island>& before, Island& m) {
   m.memory.assign(m.blocks.size(), {}), m.touches.assign(m.touch_sources.size(), {});
   m.mean_lambda.assign(m.rows, 0), m.forces = m.mean_lambda;
   m.accelerations.assign(2 * m.count(), Vec3(0));
-  m.lagged = m.contact_loads = m.accelerations;
+  m.lagged = m.accelerations;
   if (row_of(m.settings.integrator).collocates)
     m.stage_accelerations.assign(6 * m.count(), Vec3(0));
-  for (std::uint32_t i = 0; i < before.size(); ++i) {
-    Island& was = before[i];
+  for (Island& was : before) {
     if (was.bodies != m.bodies) continue;
     m.accelerations = was.accelerations, m.lagged = was.lagged;
     if (m.stage_accelerations.size() == was.stage_accelerations.size())
@@ -112,19 +98,8 @@ std::uint32_t carry_memory(const World& world, std::vector<Island>& before, Isla
     m.try_step = was.try_step, m.rescues = was.rescues;
     if (!Unchanged{world, was, m}.is_so()) continue;
     carry_on(world, was, m);
-    return i;
+    return;
   }
-  return kNoSlot;
-}
-
-void carry_saved(const Island& m, Islands::Saved& was, Islands::Saved& saved) {
-  saved = std::move(was);
-  if (saved.memory.frames.size() != m.frames.size()) return;
-  for (std::size_t f = 0; f < m.frames.size(); ++f)
-    saved.memory.frames[f].slot = m.frames[f].slot, saved.memory.frames[f].pin = m.frames[f].pin,
-    saved.memory.frames[f].cable = m.frames[f].cable;
-  for (std::size_t e = 0; e < m.joint_forces.size() && e < saved.memory.joint_forces.size(); ++e)
-    saved.memory.joint_forces[e].link = m.joint_forces[e].link;
 }
 
 }  // namespace pantin::detail::lagrangian

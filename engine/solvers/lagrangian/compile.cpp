@@ -161,13 +161,10 @@ void pack_pins(Packer& p) {
     const std::uint32_t slot = world.bodies.slot(pin.body);
     const std::uint32_t to = pin.to ? world.bodies.slot(pin.to) : kNoSlot;
     if (slot == kNoSlot || (pin.to && (to == kNoSlot || to == slot))) continue;
-    // A pin to an island of another solver is an interface: see find_interfaces.
     const std::uint32_t at = p.owner[slot] != kNobody ? p.owner[slot]
                              : to != kNoSlot          ? p.owner[to]
                                                       : kNobody;
-    if (at == kNobody || (p.owner[slot] == kNobody && is_dynamic(world, slot)) ||
-        (to != kNoSlot && p.owner[to] == kNobody && is_dynamic(world, to)))
-      continue;
+    if (at == kNobody) continue;
     Island& m = p.islands[at];
     Block block;
     block.kind = BlockKind::pin, block.source = i, block.rows = 3, block.count = 2;
@@ -369,50 +366,6 @@ void pack_belts(Packer& p) {
   }
 }
 
-/// Points where islands of other solvers are tied, each with a body for their mass.
-void find_interfaces(Packer& p) {
-  World& world = p.world;
-  // `own` and `other`: slots of the bodies on this side and on that of the other solver.
-  const auto add = [&](contact::Interface h, std::uint32_t own, std::uint32_t other) {
-    if (own == kNoSlot || other == kNoSlot || p.owner[own] == kNobody) return;
-    if (p.owner[other] != kNobody || !is_dynamic(world, other)) return;
-    if (p.partition.islands[p.partition.island[other]].unfit)
-      return;  // stands still, pulls nothing
-    Island& m = p.islands[p.owner[own]];
-    h.body = p.number[own];
-    h.point_mass = static_cast<std::uint32_t>(m.count());
-    h.mass = world.bodies.values()[other].mass;  // until its solver reports it
-    m.bodies.push_back({}), m.slots.push_back(kNobody);
-    m.mass.push_back(1), m.inertia.push_back(Vec3(1));
-    m.drag.push_back(0), m.gravity_scale.push_back(0);
-    m.interfaces.push_back(h);
-  };
-  for (std::uint32_t i = 0; i < world.pins.size(); ++i) {
-    const Pin& pin = world.pins.values()[i];
-    if (!pin.to) continue;
-    const std::uint32_t a = world.bodies.slot(pin.body), b = world.bodies.slot(pin.to);
-    add({.kind = contact::TieKind::pin, .source = i, .anchor = pin.anchor}, a, b);
-    add({.kind = contact::TieKind::pin, .source = i, .anchor = pin.target}, b, a);
-  }
-  for (std::uint32_t i = 0; i < world.cables.size(); ++i) {
-    const Cable& s = world.cables.values()[i];
-    if (!s.guides.empty()) continue;
-    const std::uint32_t a = world.bodies.slot(s.a), b = world.bodies.slot(s.b);
-    add({.kind = contact::TieKind::cable, .source = i, .anchor = s.joint.anchor_a}, a, b);
-    add({.kind = contact::TieKind::cable, .source = i, .anchor = s.joint.anchor_b}, b, a);
-  }
-}
-
-void pack_interfaces(Island& m) {
-  for (std::uint32_t i = 0; i < m.interfaces.size(); ++i) {
-    Block block;
-    block.kind = BlockKind::interface, block.source = i, block.rows = 3, block.count = 2;
-    block.point = true;
-    block.body[0] = m.interfaces[i].body, block.body[1] = m.interfaces[i].point_mass;
-    add_block(m, block);
-  }
-}
-
 /// Whether blocks close a loop, over the ground too: rows may be dependent.
 bool has_loops(const Island& m) {
   const auto ground = static_cast<std::uint32_t>(m.count());
@@ -449,8 +402,6 @@ Entity joint_of(const World& world, const Block& block) {
     case BlockKind::surface:
     case BlockKind::roll:
       return world.surface_contacts.owners()[block.source];
-    case BlockKind::interface:
-      return {};
     case BlockKind::joint:
     case BlockKind::limit:
     case BlockKind::spring:
@@ -481,20 +432,13 @@ void compile(World& world, std::span<const IslandPlan> plans) {
     }
     islands.push_back(std::move(m));
   }
-  find_interfaces(p);
   pack_links(p), pack_pins(p), pack_cables(p), pack_gears(p), pack_belts(p), pack_surfaces(p);
-  Islands& all = world.memory.of<Islands>();
-  std::vector<Islands::Saved> saved(islands.size());
-  all.scratch.saved.resize(before.size());
-  for (std::size_t i = 0; i < islands.size(); ++i) {
-    Island& m = islands[i];
-    pack_interfaces(m), count_pins(m);
+  for (Island& m : islands) {
+    count_pins(m);
     m.loops = has_loops(m);
-    if (const std::uint32_t was = carry_memory(world, before, m); was != kNoSlot)
-      carry_saved(m, all.scratch.saved[was], saved[i]);
+    carry_memory(world, before, m);
   }
-  all.scratch.saved = std::move(saved);
-  all.scratch.prepared = false;
+  world.memory.of<Islands>().scratch.prepared = false;
 }
 
 }  // namespace pantin::detail::lagrangian

@@ -29,11 +29,10 @@ const Island* exact_island(const World& world, const Owner& owner) {
 }
 
 /// An island that takes part, or none.
-std::uint32_t taking_part(const World& world, const Owner& owner, const Taking& taking) {
+std::uint32_t taking_part(const World& world, const Owner& owner) {
   const Island* m = exact_island(world, owner);
   if (!m || !m->scratch.stepped || m->lost || m->unfit) return kNoIndex;
-  const bool in = taking.leader == kNoIndex ? m->interfaces.empty() : owner.island == taking.leader;
-  return in ? owner.island : kNoIndex;
+  return owner.island;
 }
 
 /// What a contact meets where no island of the group is: a body at the end of the step.
@@ -97,14 +96,14 @@ ContactPoint make_point(const World& world, std::uint32_t number, Real h) {
 }
 
 /// Contacts of these islands, not yet sorted.
-void list_points(const World& world, ContactScratch& r, Real h, const Taking& taking) {
+void list_points(const World& world, ContactScratch& r, Real h) {
   const Partition& partition = partition_of(world);
   const std::vector<Contact>& contacts = contacts_of(world);
   for (std::uint32_t i = 0; i < contacts.size(); ++i) {
     const Owner a = owner_of(partition, contacts[i].slot_a);
     const Owner b = owner_of(partition, contacts[i].slot_b);
     if (a.solver != kLagrangian) continue;
-    const std::uint32_t in[2] = {taking_part(world, a, taking), taking_part(world, b, taking)};
+    const std::uint32_t in[2] = {taking_part(world, a), taking_part(world, b)};
     if (in[0] == kNoIndex && in[1] == kNoIndex) continue;
     ContactPoint p = make_point(world, i, h);
     p.column[0] = a.column, p.column[1] = b.column;
@@ -192,7 +191,7 @@ void list_limits(ContactScratch& r, Island& m, std::uint32_t island) {
 void take_up(World& world, ContactScratch& r, std::uint32_t island, Real h) {
   Island& m = islands_of(world)[island];
   Motions& s = m.scratch.state;
-  for (std::size_t b = 0; b < m.own(); ++b) {
+  for (std::size_t b = 0; b < m.count(); ++b) {
     const Body& body = world.bodies.values()[m.slots[b]];
     s.x[b] = body.pose.position, s.q[b] = body.pose.rotation;
     s.v[b] = body.velocity, s.w[b] = body.angular_velocity;
@@ -319,12 +318,12 @@ void add_end_force(const ContactScratch& r, const ContactEnd& end, Vec3 along,
   force[2 * end.column] += f, force[2 * end.column + 1] += glm::cross(end.arm, f);
 }
 
-void gather_contacts(World& world, Real h, const Taking& taking) {
+void gather_contacts(World& world, Real h) {
   ContactScratch& r = world.memory.of<Islands>().contacts;
   r.points.clear(), r.ends.clear(), r.limits.clear(), r.members.clear(), r.groups.clear();
   std::vector<Island>& all = islands_of(world);
   r.sets.reset(all.size()), r.touched.assign(all.size(), 0);
-  list_points(world, r, h, taking);
+  list_points(world, r, h);
   for (std::uint32_t i = 0; i < all.size(); ++i) {
     if (!r.touched[i]) continue;
     for (std::size_t k = 0; k < all[i].frames.size(); ++k) {
@@ -372,8 +371,7 @@ void place_points(World& world, const ContactGroup& g) {
 int parts_of(const World& world, const ContactGroup& g) {
   const ContactScratch& r = world.memory.of<Islands>().contacts;
   for (const GroupMember& member : g.members)
-    if (const Island& m = islands_of(world)[member.island];
-        !m.blocks.empty() || !m.interfaces.empty() || !m.touches.empty())
+    if (const Island& m = islands_of(world)[member.island]; !m.blocks.empty() || !m.touches.empty())
       return 1;
   if (g.points.size() > kMostRimPoints) return 1;
   Real most = 0;

@@ -256,15 +256,14 @@ void finish(World& world, std::uint32_t island) {
     m.lost = m.bodies.front(), m.fresh = true;
     return;
   }
-  store_transmitted(m);
   write_back(world, m);
 }
 
 }  // namespace
 
-void resolve_contacts(World& world, Real h, const Taking& taking) {
+void resolve_contacts(World& world, Real h) {
   if (contacts_of(world).empty()) return;
-  gather_contacts(world, h, taking);
+  gather_contacts(world, h);
   ContactScratch& r = world.memory.of<Islands>().contacts;
   for (std::size_t i = 0; i < r.groups.size(); ++i) {
     const ContactScratch::Range& range = r.groups[i];

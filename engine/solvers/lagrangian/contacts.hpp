@@ -4,19 +4,14 @@
 
 namespace pantin::detail::lagrangian {
 
-/// Which islands take part: all that lead no interface, or one that does.
-struct Taking {
-  std::uint32_t leader = kNoIndex;
-};
-
-/// Finishes the step of `h` seconds with the contacts of these islands; writes bodies and contacts.
-void resolve_contacts(World& world, Real h, const Taking& taking);
+/// Finishes the step of `h` seconds with the contacts of all islands; writes bodies and contacts.
+void resolve_contacts(World& world, Real h);
 
 // Where things touch (contact_points.cpp).
 
 /// Fills the scratch with points, ends, members and groups; the islands concerned are at the end of
 /// their step, limits aside, which become points.
-void gather_contacts(World& world, Real h, const Taking& taking);
+void gather_contacts(World& world, Real h);
 /// In how many parts the bodies of a group take their step: more than one where loose ones roll on
 /// their rims, whose points go around.
 int parts_of(const World& world, const ContactGroup& g);

@@ -219,12 +219,10 @@ bool step_implicit(const World& world, Island& m, const Span& span) {
 
 }  // namespace
 
-// Its twists are not sums of the impulses acting: interface impulses would not be balanced.
 const IntegratorRow integrators::implicit{.step = step_implicit,
                                           .projection_presses = true,
                                           .keeps_energy_to = 5e-4,
                                           .turns_far = true,
-                                          .carries_interfaces = false,
                                           .keeps_accelerations = true,
                                           .takes_means = true};
 

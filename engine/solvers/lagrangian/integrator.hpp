@@ -35,8 +35,6 @@ struct IntegratorRow {
   bool returns_energy = false;
   /// Steps in which bodies rotate far are not halved.
   bool turns_far = false;
-  /// Satisfies interfaces to other solvers; Euler replaces an integrator that does not.
-  bool carries_interfaces = true;
   /// Continues from accelerations, which are found anew after a jump or a step by another one.
   bool keeps_accelerations = false;
   /// Its multipliers are means of a step. Where singular configurations of loops leave these

@@ -190,10 +190,7 @@ Real tolerance_of(const Island& m);
 Real worst_residual(const Island& m);
 bool is_active(const Island& m, std::size_t block);
 /// Takes over the state of an earlier build by the bodies and blocks of an island (carry_over.cpp).
-/// The number of that island if the structure is the same, else kNoSlot.
-std::uint32_t carry_memory(const World& world, std::vector<Island>& before, Island& m);
-/// The saved state of a repeated step, too.
-void carry_saved(const Island& m, Islands::Saved& was, Islands::Saved& saved);
+void carry_memory(const World& world, std::vector<Island>& before, Island& m);
 /// The length of a cable as a row, m (cables.cpp).
 void write_cable_length(const World& world, const Island& m, const Block& block, RowsOut out);
 /// After a step: counts the turns of cables on their pulleys, and lists those that are wrong.
@@ -371,8 +368,6 @@ bool stands_on_rest(const Island& m);
 /// `before` is the kinetic energy before, J. False: there was not as much, or the step of a free
 /// island, whose momentum stays as it is, gained and is to be cut.
 bool pay_projection(Island& m, Real before);
-/// Impulses transmitted to the island at its interfaces in this step.
-void store_transmitted(Island& m);
 /// scratch.state of the World's bodies, back to them.
 void write_back(World& world, const Island& m);
 /// Finite, and at most 1e12 m, 1e9 m/s and 1e9 rad/s.

@@ -23,17 +23,16 @@ namespace pantin::detail::lagrangian {
 
 /// Origin of a block of rows.
 enum class BlockKind : std::uint8_t {
-  joint,      // a link
-  pin,        // a pin: rows of a ball joint
-  gear,       // a gear
-  belt,       // a span of a belt
-  limit,      // one side of a limited coordinate; a row only while it is active
-  cable,      // a cable: a row only while it is taut
-  interface,  // the interface to an island of another solver: see contact::Interface
-  surface,    // the gap of two surfaces that touch; where they may lift off: only while they bear
-  roll,       // of the block before: no slip and no spin there; no constraint of poses unless it is
-              // holonomic. With friction only while it holds: BlockMemory::active
-  spring,     // a joint force treated implicitly (Euler, implicit, radau)
+  joint,    // a link
+  pin,      // a pin: rows of a ball joint
+  gear,     // a gear
+  belt,     // a span of a belt
+  limit,    // one side of a limited coordinate; a row only while it is active
+  cable,    // a cable: a row only while it is taut
+  surface,  // the gap of two surfaces that touch; where they may lift off: only while they bear
+  roll,     // of the block before: no slip and no spin there; no constraint of poses unless it is
+            // holonomic. With friction only while it holds: BlockMemory::active
+  spring,   // a joint force treated implicitly (Euler, implicit, radau)
   // The same of what else is elastic (radau).
   elastic_cable,
   elastic_pin,
@@ -222,7 +221,6 @@ struct CollocationScratch {
 /// Scratch memory of a step, kept allocated between steps.
 struct StepScratch {
   bool ready = false;
-  bool in_step = false;  // the update stage of the last substep found it compiled as it is
   KktPattern pattern;
   std::vector<Real> values, scales;  // of the factor
   std::vector<BodyState> body_states;
@@ -285,7 +283,7 @@ struct StepScratch {
 /// Structure of an island: constant within a step.
 struct IslandStructure {
   SolverSettings settings;
-  std::vector<Entity> bodies;        // its bodies; last, the point masses of interfaces
+  std::vector<Entity> bodies;        // its bodies
   std::vector<std::uint32_t> slots;  // in World::bodies
   std::vector<Real> mass, drag, gravity_scale;
   std::vector<Vec3> inertia;
@@ -386,32 +384,23 @@ struct StepResult {
   bool cannot_close = false;  // the joints of the initial pose cannot be closed
 };
 
-/// Part of the mass at an interface that a slack cable leaves; 0 would have no acceleration.
-inline constexpr Real kSlackMass = 1e-6;
-
 struct Island : IslandStructure, IslandMemory, StepResult {
-  std::vector<contact::Interface> interfaces;
-  std::vector<Vec3> contact_loads;  // contact forces and torques in this step, two a body
   Scratch<StepScratch> scratch;
 
   std::size_t count() const { return bodies.size(); }
-  /// Number of World bodies, without the point masses of interfaces.
-  std::size_t own() const { return bodies.size() - interfaces.size(); }
   /// Rows of constraints.
   std::size_t equations() const { return rows - joint_force_rows; }
 
-  // The result belongs to one step, and `contact_loads` is gathered in each.
+  // The result belongs to one step.
   static void fields(auto& self, auto&& field) {
     IslandStructure::fields(self, field);
     IslandMemory::fields(self, field);
-    field("interfaces", in_place(self.interfaces));
-    field("contact_loads", derived(self.contact_loads));
     field("scratch", derived(self.scratch));
   }
 };
 
 /// All islands of the Lagrangian solver.
-struct Islands : IslandList<Island, IslandMemory> {
+struct Islands : IslandList<Island> {
   static constexpr std::string_view name = "lagrangian";  // in saved Worlds
   Scratch<ContactScratch> contacts;
 

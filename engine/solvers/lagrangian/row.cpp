@@ -11,39 +11,18 @@
 namespace pantin::detail::lagrangian {
 namespace {
 
-/// Contact forces on the bodies from the last step.
-void take_pressures(World& world) {
-  std::vector<Island>& all = islands_of(world);
-  for (Island& m : all) m.contact_loads.assign(2 * m.count(), Vec3(0));
-  for (const contact::Pressure& p : world.memory.of<contact::Memory>().pressures) {
-    const Owner owner = owner_of(partition_of(world), world.bodies.slot(p.body));
-    if (!owner || owner.solver != kLagrangian) continue;
-    std::vector<Vec3>& contact_loads = all[owner.island].contact_loads;
-    contact_loads[2 * owner.column] += p.force, contact_loads[2 * owner.column + 1] += p.torque;
-  }
-}
-
-/// Whole steps; islands that lead interfaces take theirs in repeat().
+/// Whole steps.
 void predict(World& world, const StepTask& task) {
-  take_pressures(world);
   ContactScratch& contacts = world.memory.of<Islands>().contacts;
   contacts.unsolved = 0, contacts.unsolved_at = Entity{};
   std::vector<Island>& all = islands_of(world);
-  for (Island& m : all) m.scratch.in_step = true;
-  for_each_island(all.size(), task, [&](std::size_t i) {
-    if (all[i].interfaces.empty()) step(world, all[i], task.h);
-  });
-}
-
-/// An island compiled within a step has been stepped in its previous form, if at all.
-bool has_begun(const World& world, std::size_t island) {
-  return islands_of(world)[island].scratch.in_step;
+  for_each_island(all.size(), task, [&](std::size_t i) { step(world, all[i], task.h); });
 }
 
 /// Whether nothing has moved or been moved.
 bool asleep(const World& world) {
   for (const Island& m : islands_of(world))
-    for (std::size_t b = 0; b < m.own(); ++b) {
+    for (std::size_t b = 0; b < m.count(); ++b) {
       const Body& body = world.bodies.values()[m.slots[b]];
       if (contact::moves(body) || body.restart || body.teleport) return false;
       if (m.scratch.stepped && m.scratch.entry.x[b] != body.pose.position) return false;
@@ -76,13 +55,13 @@ bool is_solid(const World& world, Entity body) {
 
 void find_reaches(const World& world, Real h, std::span<Real> reach) {
   for (const Island& m : islands_of(world))
-    for (std::size_t b = 0; b < m.own(); ++b)
+    for (std::size_t b = 0; b < m.count(); ++b)
       if (is_solid(world, m.bodies[b])) reach[m.slots[b]] = reach_of(world, m, b, h);
 }
 
 void find_starts(const World& world, std::vector<contact::StartPose>& out) {
   for (const Island& m : islands_of(world))
-    for (std::size_t b = 0; b < m.own() && m.scratch.stepped; ++b)
+    for (std::size_t b = 0; b < m.count() && m.scratch.stepped; ++b)
       if (is_solid(world, m.bodies[b]))
         out.push_back({m.slots[b], {m.scratch.entry.x[b], m.scratch.entry.q[b]}});
 }
@@ -98,37 +77,7 @@ void take_contacts(World& world, Real) {
     if (is_own(world, c.slot_a)) c.active = false, c.force = Vec3(0), c.depth = 0;
 }
 
-void adjust(World& world, const StepTask& task) { resolve_contacts(world, task.h, {}); }
-
-/// Islands that lead interfaces get what others met them with one step later.
-void press(const World& world, std::vector<contact::Pressure>& out) {
-  const auto leads = [&](std::uint32_t slot) {
-    const Owner owner = owner_of(partition_of(world), slot);
-    return !islands_of(world)[owner.island].interfaces.empty();
-  };
-  for (const Contact& c : contacts_of(world)) {
-    if (!c.active || !is_own(world, c.slot_a) || !is_own(world, c.slot_b)) continue;
-    if (leads(c.slot_a) == leads(c.slot_b)) continue;
-    const bool on_a = leads(c.slot_a);
-    const std::uint32_t slot = on_a ? c.slot_a : c.slot_b;
-    const Vec3 force = on_a ? c.force : -c.force;
-    const Vec3 arm = world.bodies.values()[slot].pose.rotation * (on_a ? c.point_a : c.point_b);
-    out.push_back({world.bodies.owners()[slot], force, glm::cross(arm, force)});
-  }
-}
-
-std::size_t count(const World& world) { return islands_of(world).size(); }
-
-std::span<contact::Interface> interfaces(World& world, std::size_t island) {
-  return islands_of(world)[island].interfaces;
-}
-
-bool repeat(World& world, std::size_t island, Real h) {
-  Island& m = restore_island<Islands>(world, island);
-  step(world, m, h);
-  if (!m.lost) resolve_contacts(world, h, {static_cast<std::uint32_t>(island)});
-  return !m.lost && !is_dear(m);
-}
+void adjust(World& world, const StepTask& task) { resolve_contacts(world, task.h); }
 
 void note_failure(const World& world, StepReport& report) {
   for (const Island& m : islands_of(world))
@@ -187,8 +136,7 @@ void measure_island(const World& world, const Island& island, Measures& m) {
 bool masses_hold(const Island& m) {
   for (std::size_t i = 0; i < m.count(); ++i)
     if (!is_mass(m.mass[i]) || !is_mass(m.inertia[i])) return false;
-  return std::all_of(m.interfaces.begin(), m.interfaces.end(),
-                     [](const contact::Interface& i) { return is_mass(kSlackMass * i.mass); });
+  return true;
 }
 
 const char* fault(const World& world) {
@@ -211,18 +159,12 @@ const SolverRow kRow{.name = "lagrangian",
                      .compile = compile,
                      .prepare = prepare,
                      .predict = predict,
-                     .has_begun = has_begun,
                      .fault = fault,
                      .asleep = asleep,
                      .find_reaches = find_reaches,
                      .find_starts = find_starts,
                      .take_contacts = take_contacts,
                      .adjust = adjust,
-                     .count = count,
-                     .interfaces = interfaces,
-                     .save = save_island<Islands>,
-                     .repeat = repeat,
-                     .press = press,
                      .note_failure = note_failure,
                      .report = report,
                      .measure = measure};

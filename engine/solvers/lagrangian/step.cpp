@@ -10,28 +10,10 @@
 namespace pantin::detail::lagrangian {
 namespace {
 
-/// Point masses of interfaces: they start at the interface and move with it.
-void gather_interfaces(Island& m, Real h) {
-  Motions& s = m.scratch.state;
-  for (contact::Interface& g : m.interfaces) {
-    const std::size_t n = g.point_mass;
-    const Vec3 arm = s.q[g.body] * g.anchor;
-    s.x[n] = s.x[g.body] + arm, s.q[n] = kIdentity;
-    s.v[n] = s.v[g.body] + glm::cross(s.w[g.body], arm), s.w[n] = Vec3(0);
-    // A slack cable transmits nothing.
-    const bool slack = g.kind == contact::TieKind::cable && !g.taut;
-    m.mass[n] = (slack ? kSlackMass : 1) * g.mass;
-    m.inertia[n] = Vec3(m.mass[n]);
-    m.scratch.applied[2 * n] = g.impulse / h;
-    m.scratch.applied[2 * n + 1] = Vec3(0);
-    g.start = s.v[n];
-  }
-}
-
 void gather(const World& world, Island& m, Real h) {
   Motions& s = m.scratch.state;
   Vec3 low(1e300), high(-1e300);
-  for (std::size_t b = 0; b < m.own(); ++b) {
+  for (std::size_t b = 0; b < m.count(); ++b) {
     const Body& body = world.bodies.values()[m.slots[b]];
     s.x[b] = body.pose.position, s.q[b] = body.pose.rotation;
     s.v[b] = body.velocity, s.w[b] = body.angular_velocity;
@@ -226,7 +208,6 @@ bool take_step(World& world, Island& m, Real h) {
     good = advance_among_limits(world, m, h);
     if (!good && m.scratch.lost_touch == UINT32_MAX) {  // this step ignores limits and cables
       gather(world, m, h);
-      gather_interfaces(m, h);
       for (BlockMemory& memory : m.memory) memory.active = false;
       std::fill(m.scratch.impulses.begin(), m.scratch.impulses.end(), 0.0);
       good = advance(world, m, {0, h, h});
@@ -239,16 +220,9 @@ bool take_step(World& world, Island& m, Real h) {
 
 }  // namespace
 
-void store_transmitted(Island& m) {
-  for (contact::Interface& g : m.interfaces) {
-    const Vec3 change = m.scratch.state.v[g.point_mass] - g.start;
-    g.transmitted = g.impulse - m.mass[g.point_mass] * change;
-  }
-}
-
 void write_back(World& world, const Island& m) {
   const Motions& s = m.scratch.state;
-  for (std::size_t b = 0; b < m.own(); ++b) {
+  for (std::size_t b = 0; b < m.count(); ++b) {
     Body& body = world.bodies.values()[m.slots[b]];
     body.pose = {s.x[b], s.q[b]};
     body.velocity = s.v[b], body.angular_velocity = s.w[b];
@@ -275,15 +249,13 @@ void step(World& world, Island& m, Real h) {
     return;
   }
   gather(world, m, h);
-  gather_interfaces(m, h);
   const bool solid = !world.collisions.empty();
   if (solid) note_entry(m);
   const auto acts = [](Vec3 v) { return v != Vec3(0); };
-  m.scratch.pushed = std::any_of(m.contact_loads.begin(), m.contact_loads.end(), acts) ||
-                     std::any_of(m.scratch.applied.begin(), m.scratch.applied.end(), acts);
+  m.scratch.pushed = std::any_of(m.scratch.applied.begin(), m.scratch.applied.end(), acts);
   bool good = take_step(world, m, h);
   while (!good && release_lost(world, m)) {
-    gather(world, m, h), gather_interfaces(m, h);
+    gather(world, m, h);
     good = take_step(world, m, h);
   }
   const bool open = !good || m.scratch.worst_relative_residual > 1e-2;
@@ -298,7 +270,7 @@ void step(World& world, Island& m, Real h) {
     m.lost = m.bodies.front();
     if (const SurfaceContact* c = world.surface_contacts.find(m.lost_contact))
       m.lost = std::find(m.bodies.begin(), m.bodies.end(), c->a) != m.bodies.end() ? c->a : c->b;
-    for (std::size_t b = 0; b < m.own() && !m.lost_contact; ++b)
+    for (std::size_t b = 0; b < m.count() && !m.lost_contact; ++b)
       if (!is_within_bounds(m.scratch.state, b) || !(m.mass[b] > 0) || !(m.inertia[b].x > 0) ||
           !(m.inertia[b].y > 0) || !(m.inertia[b].z > 0) || !is_finite(m.scratch.applied[2 * b]) ||
           !is_finite(m.scratch.applied[2 * b + 1])) {
@@ -309,7 +281,6 @@ void step(World& world, Island& m, Real h) {
     return;
   }
   for (std::size_t r = 0; r < m.rows; ++r) m.forces[r] = m.scratch.impulses[r] / h;
-  store_transmitted(m);
   count_turns(world, m, CountFrom::last);
   follow_cables(world, m, h), follow_belts(world, m);
   write_back(world, m), write_back_touches(world, m);
@@ -350,7 +321,7 @@ Real joint_gap(const World& world, const Island& m, std::size_t block) {
 
 void place_for_inspection(const World& world, Island& m, Real h) {
   allocate_scratch(m);
-  gather(world, m, h), gather_interfaces(m, h);
+  gather(world, m, h);
   update_kinematics(m), update_frames(world, m, 0, h);
 }
 

@@ -269,12 +269,6 @@ void write_all_rows(const World& world, Island& m, Want want) {
       case BlockKind::pin:
         write_rows({joint_of_pin(world.pins.values()[b.source]), at(0), at(1)}, out);
         break;
-      case BlockKind::interface: {
-        Joint joint;
-        joint.anchor_a = m.interfaces[b.source].anchor;
-        write_rows({joint, at(0), at(1)}, out);
-        break;
-      }
       case BlockKind::gear:
         write_gear(world, m, b, m.memory[i]);
         break;
@@ -321,8 +315,7 @@ void add_forces(const World& world, Island& m, Torques torques) {
     f[2 * b + 1] = -m.drag[b] * l;
     if (gyroscopic) f[2 * b + 1] -= glm::cross(at.angular_velocity, l);
   }
-  for (std::size_t i = 0; i < m.contact_loads.size() && m.scratch.pushed; ++i)
-    f[i] += m.contact_loads[i] + m.scratch.applied[i];
+  for (std::size_t i = 0; i < 2 * m.count() && m.scratch.pushed; ++i) f[i] += m.scratch.applied[i];
   if (!m.scratch.springs_active) add_joint_forces(world, m);
   add_joint_torques(world, m);
   add_elastic_forces(world, m);

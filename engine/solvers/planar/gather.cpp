@@ -76,16 +76,6 @@ void gather_body(const World& world, const FlatBody& f, PlaneBody& b) {
     b.force = flat(push->force), b.torque = push->torque.z;
 }
 
-/// What others pressed on the plane's bodies in the last step.
-void add_pressures(const World& world, Planar& all) {
-  for (const contact::Pressure& p : world.memory.of<contact::Memory>().pressures)
-    for (std::size_t i = 0; i < all.bodies.size(); ++i) {
-      PlaneBody& b = all.scratch.plane.bodies[i];
-      if (all.bodies[i].body != p.body || b.kind != PlaneBody::dynamic) continue;
-      b.force += flat(p.force), b.torque += p.torque.z;
-    }
-}
-
 /// A range of the coordinate as seen from where it is.
 void limit(PlaneJoint& j, const AngleLimit& range, Real now, Real sign) {
   if (!range.on) return;
@@ -201,7 +191,6 @@ void gather(const World& world, Planar& all) {
     list_joined(world, plane.joined), plane.joined_for = now;
   plane.gravity = flat(world.gravity);
   list_ignored(world, plane.ignored);
-  add_pressures(world, all);
   plane.joints.clear(), all.scratch.joint_of.clear();
   for (const FlatLink& l : all.links) gather_link(world, l, all);
   for (const FlatPin& p : all.pins) gather_pin(world, p, all);

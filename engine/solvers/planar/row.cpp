@@ -31,8 +31,6 @@ bool stirs(const World& world, const FlatBody& f) {
   const Body& b = world.bodies.values()[f.slot];
   if (b.restart || b.teleport) return true;
   if (f.island == kNobody) return contact::moves(b);
-  for (const contact::Pressure& p : world.memory.of<contact::Memory>().pressures)
-    if (p.body == f.body) return true;
   const Force* push = world.forces.find(f.body);
   return push && (push->force != Vec3(0) || push->torque != Vec3(0));
 }

@@ -1,5 +1,4 @@
-// Islands of two solvers that are solved by turns: what is tried again is tried from the same
-// start, and each interface keeps its own account.
+// What is tied to a body that asks for another solver, and islands that change within a step.
 #include <catch2/catch.hpp>
 
 #include "engine/contact/contact.hpp"
@@ -104,13 +103,10 @@ Flyer add_flyer(World& w, Vec3 at) {
   return f;
 }
 
-/// Momentum of a flyer, with what its rope still owes the beam.
+/// Momentum of a flyer.
 Vec3 momentum_of(const World& w, const Flyer& f) {
   Vec3 sum(0);
   for (Entity e : f.all) sum += w.bodies[e].mass * w.bodies[e].velocity;
-  for (const lagrangian::Island& m : lagrangian::islands_of(w))
-    if (m.bodies.front() == f.beam)
-      for (const contact::Interface& h : m.interfaces) sum += h.carried;
   return sum;
 }
 
@@ -126,7 +122,7 @@ TEST_CASE("what hangs on a body of the exact solver bounces as it would alone") 
   }
 }
 
-TEST_CASE("a rope that touches others leaves the account of another rope alone") {
+TEST_CASE("a rope that touches others leaves the momentum of another rope alone") {
   World w;
   w.gravity = Vec3(0);
   const Flyer quiet = add_flyer(w, {0, 0, 0}), busy = add_flyer(w, {20, 0, 0});
@@ -160,7 +156,7 @@ TEST_CASE("a rope that touches others leaves the account of another rope alone")
   CHECK(worst <= 1e-11);
 }
 
-TEST_CASE("an island that changes within a step sits it out, whatever changes after it") {
+TEST_CASE("an island that changes within a step goes on alike, whatever changes after it") {
   const auto run = [](bool at_once) {
     World w;
     w.gravity = Vec3(0);
@@ -183,9 +179,7 @@ TEST_CASE("an island that changes within a step sits it out, whatever changes af
       if (!at_once) remove(world);
     });
     for (int i = 0; i < 60; ++i) {
-      const Vec3 before = sim.world.bodies[grown.beam].pose.position;
       REQUIRE(sim.step().status == Status::ok);
-      CHECK((sim.world.bodies[grown.beam].pose.position == before) == (ran == 20));
       CHECK(glm::length(momentum_of(sim.world, other) - start) <= 1e-11);
     }
     return sim.world;
@@ -218,7 +212,7 @@ TEST_CASE("a body feels the rope on it from when it is let go until it is held a
   CHECK(std::abs(speed_after(Motion::fixed)) < 1e-6);
 }
 
-TEST_CASE("an island that cannot be stepped pulls at no body of another solver") {
+TEST_CASE("what is tied to a body that cannot be stepped stays where it was, and is named") {
   for (const bool tied : {false, true}) {  // the body with the mass that is none, or its neighbour
     World w;
     const Entity beam = add_exact(w, Vec3(0), 2);
@@ -233,7 +227,6 @@ TEST_CASE("an island that cannot be stepped pulls at no body of another solver")
     w.add_pin(p);
     Simulation sim(std::move(w), {1.0 / 60});
     for (int i = 0; i < 60; ++i) CHECK(sim.step().body == (tied ? first : second));
-    const Real fall = -0.5 * glm::length(sim.world.gravity);
-    CHECK(std::abs(sim.world.bodies[beam].pose.position.y - fall) < 0.01 * std::abs(fall));
+    CHECK(sim.world.bodies[beam].pose.position == Vec3(0));
   }
 }
