@@ -24,9 +24,9 @@ bool is_within(const Island& m, std::size_t block) {
 
 /// Far from 0, N.
 constexpr Real kNothing = 1e300;
-/// What is left of what presses at a block, or of its friction, N.
+/// What is left of what presses, or pulls tight, at a block, or of its friction, N or N m.
 Real left_of(const Island& m, std::size_t block, std::span<const Real> lambda) {
-  if (may_lift(m, block) && is_active(m, block)) return lambda[m.blocks[block].first_row];
+  if (is_one_sided(m, block) && is_active(m, block)) return lambda[m.blocks[block].first_row];
   return grip_left(m, block, lambda);
 }
 
@@ -80,7 +80,8 @@ void let_go(const World& world, Island& m, Real part, Real whole) {
   const Real least = std::max(least_left(world, m, part, whole), Real(0));
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     if (left_of(m, i, m.scratch.lambda) > least) continue;
-    m.scratch.touching[m.blocks[i].first_place].has_let_go = true;
+    if (may_lift(m, i) || m.blocks[i].kind == BlockKind::roll)
+      m.scratch.touching[m.blocks[i].first_place].has_let_go = true;
     if (m.blocks[i].kind == BlockKind::roll)
       give_way_at(m, i, m.scratch.lambda);
     else
