@@ -268,7 +268,7 @@ void finish(World& world, std::uint32_t island) {
     return;
   }
   store_transmitted(m);
-  write_back(world, m);
+  write_back(world, m), write_back_touch_forces(world, m);
 }
 
 }  // namespace
