@@ -148,7 +148,8 @@ void set_surface(const WayFinder& s, Contact& c, const MaterialPair* given) {
 }
 
 /// A body that may rotate far in one step moves its features away from their contact points. A ball
-/// inside the body is independent of rotation and gets a contact of its own.
+/// inside the body is independent of rotation and gets a contact of its own. It rubs like the
+/// others, for it bears a part of the load.
 void add_core_contact(const WayFinder& s, Search& search, const ColliderShape& a,
                       const ColliderShape& b) {
   if (search.points.empty() || s.reach_of(a.slot) < a.extent || traits_of(a.shape->kind).is_round)
@@ -314,7 +315,6 @@ Contact contact_of(const WayFinder& s, const FoundPoint& f) {
   c.point_b = to_local(bodies[f.slot_b].pose, f.at.on_b);
   c.normal = f.at.normal, c.gap = f.at.gap;
   set_surface(s, c, f.pair);
-  if (is_core(c.key)) c.friction = c.rolling = c.spinning = 0;
   return c;
 }
 

@@ -12,6 +12,7 @@
 #include "engine/world/flat.hpp"
 #include "engine/world/holds.hpp"
 #include "engine/world/lamina.hpp"
+#include "engine/world/special_surface.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -83,16 +84,9 @@ void list_unknown(const Plans& owners) {
                  for (const Entity body : bodies)
                    if (note(owner, owners.settings(body), what, verb)) return;
                });
-  const auto resists = [](const Collision& c) { return c.rolling != 0 || c.spinning != 0; };
-  const auto is_special = [&](const Collision& c) {
-    return c.surface_velocity != Vec3(0) || resists(c);
-  };
-  std::optional<Entity> belt, rough;  // of no island
-  for (Entity e : world.collisions.owners()) {
-    if (owners.settings(e)) continue;
-    if (!belt && is_special(world.collisions[e])) belt = e;
-    if (!rough && resists(world.collisions[e])) rough = e;
-  }
+  std::optional<Entity> special;  // of no island
+  for (Entity e : world.collisions.owners())
+    if (!special && !owners.settings(e) && has_special_surface(world.collisions[e])) special = e;
   // One body represents its island.
   std::vector<const SolverSettings*> told;
   for (Entity e : world.collisions.owners()) {
@@ -104,12 +98,10 @@ void list_unknown(const Plans& owners) {
     told.push_back(how);
     note(e, how, Feature::contact, "is made for");
     if (!knows(how->solver, Feature::contact)) continue;
-    const bool carried = how->solver == Solver::lagrangian;  // by moving surfaces
-    const std::optional<Entity>& other = carried ? rough : belt;
-    if (carried ? resists(world.collisions[e]) : is_special(world.collisions[e]))
+    if (has_special_surface(world.collisions[e]))
       note(e, how, Feature::surface, "has");
-    else if (other)
-      note(*other, how, Feature::surface, "has");
+    else if (special)
+      note(*special, how, Feature::surface, "has");
   }
 }
 

@@ -1,7 +1,6 @@
 // Islands that may touch within the next steps form a group. Where its islands ask for several
-// solvers, one steps them all: `lagrangian`, which knows every kind of joint, or `auto` where
-// something has a surface that moves or resists rolling and `auto` knows all the rest. Islands
-// part at twice the distance at which they met.
+// solvers, `lagrangian` steps them all: it knows every kind of joint and of surface. Islands part
+// at twice the distance at which they met.
 #include "engine/solvers/takeover.hpp"
 
 #include <algorithm>
@@ -10,7 +9,6 @@
 #include "engine/contact/detect.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/geometry/usable.hpp"
-#include "engine/joints/kinds.hpp"
 #include "engine/solvers/solver.hpp"
 
 namespace pantin::detail {
@@ -33,10 +31,10 @@ struct TakeoverScratch {
     std::vector<Aabb> boxes;
     AabbTree tree;
     DisjointSets sets{0};
-    std::vector<std::uint8_t> asked, taken;   // by island: the row asked for; whether taken over
-    std::vector<std::uint32_t> met;           // by island: a slot that it can touch
-    std::vector<std::uint32_t> first;         // by island: its lowest slot
-    std::vector<std::uint8_t> rows, special;  // by group, the root's island
+    std::vector<std::uint8_t> asked, taken;  // by island: the row asked for; whether taken over
+    std::vector<std::uint32_t> met;          // by island: a slot that it can touch
+    std::vector<std::uint32_t> first;        // by island: its lowest slot
+    std::vector<std::uint8_t> mixed;         // by group, the root's island: asks for several
     std::vector<Takeover> list;
   };
   Scratch<Lists> lists;
@@ -49,10 +47,6 @@ using Lists = TakeoverScratch::Lists;
 bool is_solid(const World& world, Entity e) {
   const Collision* c = world.collisions.find(e);
   return c && !c->sensor;
-}
-
-bool is_special(const Collision& c) {
-  return c.surface_velocity != Vec3(0) || c.rolling != 0 || c.spinning != 0;
 }
 
 SolverSettings asked_settings(const World& world, std::uint32_t island) {
@@ -156,59 +150,24 @@ void join_near(const World& world, Lists& lists) {
   }
 }
 
-/// Whether `auto` knows all that an island has.
-bool knows_all(const World& world, std::uint32_t island) {
-  const Partition& partition = partition_of(world);
-  const auto is_of = [&](Entity e) {
-    const std::uint32_t slot = world.bodies.slot(e);
-    return slot < partition.island.size() && partition.island[slot] == island;
-  };
-  for (const Link& l : world.links.values())
-    if ((is_of(l.a) || is_of(l.b)) &&
-        (!is_articulated(l.joint.kind) ||
-         (l.joint.parameters.any() && l.joint.parameters->restitution != 0)))
-      return false;
-  return world.gears.empty() && world.belts.empty() && world.surface_contacts.empty();
-}
-
-/// The row that steps each group of islands that ask for several: in Lists::rows, else UINT8_MAX.
-void choose_rows(const World& world, Lists& lists) {
-  const std::size_t count = lists.asked.size();
-  const auto collisions = world.collisions.values();
-  lists.rows.assign(count, UINT8_MAX), lists.special.assign(count, 0);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    std::uint8_t& row = lists.rows[lists.sets.root(i)];
-    if (row == UINT8_MAX) row = lists.asked[i];
-    if (row != lists.asked[i]) row = kLagrangian, lists.special[lists.sets.root(i)] = 1;
-  }
-  const bool special = std::any_of(collisions.begin(), collisions.end(), is_special);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    if (lists.sets.root(i) != i) continue;
-    if (!lists.special[i]) {
-      lists.rows[i] = UINT8_MAX;
-      continue;
-    }
-    if (!special) continue;
-    bool fits = false;
-    for (std::uint32_t k = 0; k < count; ++k)
-      fits = fits || (lists.sets.root(k) == i && lists.asked[k] == kArticulated);
-    for (std::uint32_t k = 0; k < count && fits; ++k)
-      fits = lists.sets.root(k) != i || knows_all(world, k);
-    if (fits) lists.rows[i] = kArticulated;
-  }
+/// Groups of islands that ask for several solvers.
+void find_mixed(Lists& lists) {
+  lists.mixed.assign(lists.asked.size(), 0);
+  for (std::uint32_t i = 0; i < lists.asked.size(); ++i)
+    if (const std::uint32_t root = lists.sets.root(i); lists.asked[i] != lists.asked[root])
+      lists.mixed[root] = 1;
 }
 
 void list_takeovers(const World& world, Lists& lists) {
   lists.list.clear();
   for (std::uint32_t i = 0; i < lists.asked.size(); ++i) {
-    const std::uint8_t row = lists.rows[lists.sets.root(i)];
-    if (row == UINT8_MAX || lists.asked[i] == row) continue;
+    if (!lists.mixed[lists.sets.root(i)] || lists.asked[i] == kLagrangian) continue;
     Takeover t;
     t.body = world.bodies.owners()[lists.first[i]];
     if (lists.met[i] != kNoSlot) t.other = world.bodies.owners()[lists.met[i]];
-    t.by.solver = row == kLagrangian ? Solver::lagrangian : Solver::articulated;
+    t.by.solver = Solver::lagrangian;
     for (std::uint32_t k = 0; k < lists.asked.size(); ++k)
-      if (lists.asked[k] == row && lists.sets.root(k) == lists.sets.root(i)) {
+      if (lists.asked[k] == kLagrangian && lists.sets.root(k) == lists.sets.root(i)) {
         t.by = asked_settings(world, k);
         break;
       }
@@ -235,7 +194,7 @@ void take_over(World& world, Real h) {
       lists.taken[i] = partition_of(world).islands[i].solver != lists.asked[i];
     list_shapes(world, lists, h);
     join_near(world, lists);
-    choose_rows(world, lists);
+    find_mixed(lists);
     list_takeovers(world, lists);
     const auto same = [](const Takeover& a, const Takeover& b) {
       return a.body == b.body && a.by == b.by;

@@ -5,6 +5,7 @@
 #include "engine/world/faults.hpp"
 #include "engine/world/flat.hpp"
 #include "engine/world/partition.hpp"
+#include "engine/world/special_surface.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin::detail {
@@ -40,8 +41,7 @@ std::string body_fault(const World& world, std::uint32_t slot) {
       return "is pushed out of the plane of x and y";
   const Collision* collision = world.collisions.find(e);
   const Shapes* shapes = collision ? world.shapes.find(e) : nullptr;
-  if (collision && (collision->surface_velocity != Vec3(0) || collision->rolling != 0 ||
-                    collision->spinning != 0))
+  if (collision && has_special_surface(*collision))
     return "has a moving surface, rolling or spinning friction";
   if (shapes && !std::all_of(shapes->list.begin(), shapes->list.end(),
                              [&](const Shape& s) { return has_section(s, body.pose.rotation); }))

@@ -7,7 +7,9 @@
 
 #include "engine/base/disjoint_sets.hpp"
 #include "engine/base/math.hpp"
+#include "engine/contact/contact_axes.hpp"
 #include "engine/contact/detect.hpp"
+#include "engine/contact/rolling_friction.hpp"
 
 namespace pantin {
 struct JointDrive;
@@ -179,14 +181,14 @@ struct GroupContact {
   Real along = 0, aside = 0, cross_first = 0, cross_second = 0;  // response, 1/kg
   bool works = true;                                             // the bodies can give way to it
   Real friction = 0, restitution = 0;
-  Real surface_first = 0, surface_second = 0;    // m/s, Contact::surface_velocity across the normal
-  Real rolling_length = 0, spinning_length = 0;  // m
-  Real rest = 0;                                 // see Contact
-  Real settling = 0;                             // m, by which that was short of the load
-  Real shallow = 0;                              // m: overlaps up to here are removed without speed
-  Vec3 impulse{0};  // N s of a substep, along the axes; between steps the mean force, N
-  Real before = 0;  // N s, along the normal in the substep before
-  Vec3 passed{0};   // N s over the step so far
+  Real surface_first = 0, surface_second = 0;  // m/s, Contact::surface_velocity across the normal
+  contact::RollingLengths lengths;
+  Real rest = 0;      // see Contact
+  Real settling = 0;  // m, by which that was short of the load
+  Real shallow = 0;   // m: overlaps up to here are removed without speed
+  Vec3 impulse{0};    // N s of a substep, along the axes; between steps the mean force, N
+  Real before = 0;    // N s, along the normal in the substep before
+  Vec3 passed{0};     // N s over the step so far
 };
 
 /// Rolling and spinning friction of two bodies: a torque on a, the opposite on b, for all points at
@@ -204,13 +206,9 @@ inline bool have_same_bodies(const GroupContact& c, const GroupContact& d) {
 }
 
 /// A vector given by its components along the axes of a contact.
-inline Vec3 to_world(const GroupContact& c, Vec3 v) {
-  return v.x * c.axes[0] + v.y * c.axes[1] + v.z * c.axes[2];
-}
+inline Vec3 to_world(const GroupContact& c, Vec3 v) { return contact::in_world(c.axes, v); }
 
-inline Vec3 to_world(const GroupRolling& r, Vec3 v) {
-  return v.x * r.axes[0] + v.y * r.axes[1] + v.z * r.axes[2];
-}
+inline Vec3 to_world(const GroupRolling& r, Vec3 v) { return contact::in_world(r.axes, v); }
 
 /// What a wrench on body b of a pair changes of the motion of body a, both of one tree.
 struct CrossResponse {

@@ -157,19 +157,6 @@ void gather_island(const World& world, GroupScratch& r, const GroupScratch::Rang
   }
 }
 
-/// A normal and two directions across it.
-void set_axes(Vec3 (&axes)[3], Vec3 normal) {
-  axes[0] = normal;
-  const Vec3 aside = std::abs(normal.x) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
-  axes[1] = glm::normalize(glm::cross(normal, aside));
-  axes[2] = glm::cross(normal, axes[1]);
-}
-
-/// A world vector along these.
-Vec3 along_axes(const Vec3 (&axes)[3], Vec3 v) {
-  return {glm::dot(v, axes[0]), glm::dot(v, axes[1]), glm::dot(v, axes[2])};
-}
-
 const Island& island_of(const World& world, std::uint32_t slot) {
   return islands_of(world)[owner_of(partition_of(world), slot).island];
 }
@@ -179,17 +166,17 @@ GroupContact gather_contact(const World& world, std::uint32_t number, const Isla
   const Body &a = world.bodies.values()[c.slot_a], &b = world.bodies.values()[c.slot_b];
   GroupContact f;
   f.contact = number;
-  set_axes(f.axes, c.normal);
+  contact::set_axes(f.axes, c.normal);
   // Round shapes are touched below their core, however they turn; corners turn with the body.
   using Side = contact::Touching::Side;
   f.on_a = contact::touched_place(world, c, {Side::a, a.pose.rotation});
   f.on_b = contact::touched_place(world, c, {Side::b, b.pose.rotation});
   f.friction = c.friction, f.restitution = c.restitution, f.rest = c.rest;
-  f.rolling_length = c.rolling, f.spinning_length = c.spinning;
+  f.lengths = contact::rolling_lengths(c);
   f.shallow = kShallow * island.size;
   f.surface_first = glm::dot(c.surface_velocity, f.axes[1]);
   f.surface_second = glm::dot(c.surface_velocity, f.axes[2]);
-  f.impulse = along_axes(f.axes, force_of_multiplier(island) * c.lambda);
+  f.impulse = contact::along_axes(f.axes, force_of_multiplier(island) * c.lambda);
   f.impulse.x = std::max(Real(0), f.impulse.x);
   if (!is_finite(f.impulse) || f.impulse.x == 0) f.impulse = Vec3(0);
   return f;
@@ -199,9 +186,7 @@ GroupContact gather_contact(const World& world, std::uint32_t number, const Isla
 void gather_rolling(const World& world, GroupScratch& r, const GroupScratch::Range& range,
                     GroupRolling f) {
   const auto points = std::span(r.contacts).subspan(range.first_contact + f.first, f.count);
-  const auto rolls = [](const GroupContact& c) {
-    return c.rolling_length > 0 || c.spinning_length > 0;
-  };
+  const auto rolls = [](const GroupContact& c) { return c.lengths.any(); };
   if (std::none_of(points.begin(), points.end(), rolls)) return;
   Vec3 normal(0), torque(0);
   for (GroupContact& c : points) {
@@ -210,8 +195,8 @@ void gather_rolling(const World& world, GroupScratch& r, const GroupScratch::Ran
     normal += c.axes[0];
     torque += force_of_multiplier(island_of(world, contact.slot_a)) * contact.torque_lambda;
   }
-  set_axes(f.axes, glm::length(normal) > 0.1 ? glm::normalize(normal) : points.front().axes[0]);
-  f.impulse = along_axes(f.axes, torque);
+  contact::set_axes(f.axes, contact::shared_normal(normal, points.front().axes[0]));
+  f.impulse = contact::along_axes(f.axes, torque);
   if (!is_finite(f.impulse)) f.impulse = Vec3(0);
   r.rollings.push_back(f);
 }

@@ -1,9 +1,4 @@
-// Rolling and spinning friction: what touches over a patch resists turning about the contact.
-//
-// A torque across the normal, bounded by a length times the normal impulse, opposes rolling; one
-// along the normal opposes spinning. All points of two bodies share one: nothing would tell the
-// torques of each apart. Both are implicit, like Coulomb's cone: what they can stop
-// stands, and nothing turns back.
+// Rolling and spinning friction of two bodies: the law is in engine/contact/rolling_friction.hpp.
 #include <algorithm>
 
 #include "engine/solvers/articulated/group_points.hpp"
@@ -21,22 +16,11 @@ Vec3 spin_response(const Pair& pair, Vec3 torque) {
   return both - pair.cross->wt * torque - torque * pair.cross->wt;
 }
 
-/// N m s: the most that the normal impulses allow along the normal, and across it.
-struct Bounds {
-  Real spinning = 0, rolling = 0;
-};
-Bounds bounds_of(const Group& g, const GroupRolling& r) {
-  Bounds b;
-  for (const GroupContact& c : g.contacts.subspan(r.first, r.count))
-    b.spinning += c.spinning_length * c.impulse.x, b.rolling += c.rolling_length * c.impulse.x;
+/// N m s.
+contact::RollingBounds bounds_of(const Group& g, const GroupRolling& r) {
+  contact::RollingBounds b;
+  for (const GroupContact& c : g.contacts.subspan(r.first, r.count)) b.add(c.lengths, c.impulse.x);
   return b;
-}
-
-Vec3 bounded(Vec3 torque, const Bounds& most) {
-  torque.x = std::clamp(torque.x, -most.spinning, most.spinning);
-  const Real held = std::sqrt(torque.y * torque.y + torque.z * torque.z);
-  if (held > most.rolling) torque.y *= most.rolling / held, torque.z *= most.rolling / held;
-  return torque;
 }
 
 }  // namespace
@@ -58,7 +42,7 @@ Real solve_rolling(const Group& g, Pair& pair, GroupRolling& r) {
     now.y = r.impulse.y - glm::dot(r.axes[1], spin) / r.across;
     now.z = r.impulse.z - glm::dot(r.axes[2], spin) / r.across;
   }
-  const Vec3 change = bounded(now, bounds_of(g, r)) - r.impulse;
+  const Vec3 change = bounds_of(g, r).bounded(now) - r.impulse;
   if (change == Vec3(0)) return 0;
   r.impulse += change;
   pair.twist(to_world(r, change));
@@ -68,7 +52,7 @@ Real solve_rolling(const Group& g, Pair& pair, GroupRolling& r) {
 }
 
 void push(const Group& g, GroupRolling& r) {
-  r.impulse = bounded(r.impulse, bounds_of(g, r));
+  r.impulse = bounds_of(g, r).bounded(r.impulse);
   if (r.impulse == Vec3(0)) return;
   const PairOf both = pair_of(g.contacts[r.first]);
   Pair pair = begin_pair(g, both);

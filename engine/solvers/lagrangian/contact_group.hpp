@@ -7,6 +7,7 @@
 #include "engine/base/disjoint_sets.hpp"
 #include "engine/base/math.hpp"
 #include "engine/contact/detect.hpp"
+#include "engine/contact/rolling_friction.hpp"
 
 namespace pantin::detail::lagrangian {
 
@@ -39,11 +40,20 @@ struct LimitRowAt {
   bool was_active = false;                // in the step
 };
 
+/// Rolling and spinning friction of two bodies (contact_rolling.cpp).
+struct RollingAt {
+  std::uint32_t first = 0, count = 0;  // of the bodies' contacts, in ContactScratch::points
+  std::size_t first_length = 0;        // in ContactScratch::lengths
+  Real arm = 1;                        // m: torques are this times the point's impulses
+};
+
 /// A contact point. Vectors with three components along its axes: the normal, from b to a, and two
-/// across it. A limit uses the first alone.
+/// across it. A limit uses the first alone; torques against rolling are a point of their own, which
+/// has no place.
 struct ContactPoint {
-  std::uint32_t contact = kNoIndex;             // in contacts_of(world); none: a limit
+  std::uint32_t contact = kNoIndex;             // in contacts_of(world); none: no place
   std::uint32_t limit = kNoIndex;               // in ContactScratch::limits
+  std::uint32_t rolling = kNoIndex;             // in ContactScratch::rollings
   std::uint32_t group = 0;                      // the lowest island that it is coupled to
   std::uint32_t end[2] = {kNoIndex, kNoIndex};  // in ContactScratch::ends; none: an obstacle
   std::uint32_t owner[2] = {kNoIndex, kNoIndex}, column[2] = {};  // islands and bodies of those
@@ -69,6 +79,10 @@ struct ContactPoint {
   std::size_t unknown = 0;  // in the equations of its group
   bool works = true;        // the bodies can give way to it
   bool closed = false;      // it is shut at the end of the step
+
+  bool is_contact() const { return contact != kNoIndex; }
+  bool is_limit() const { return limit != kNoIndex; }
+  bool is_rolling() const { return !is_contact() && !is_limit(); }
 };
 
 /// An island in a group.
@@ -95,6 +109,8 @@ struct ContactScratch {
   std::vector<ContactPoint> points;
   std::vector<ContactEnd> ends;  // by member and point
   std::vector<LimitRowAt> limits;
+  std::vector<RollingAt> rollings;
+  std::vector<contact::RollingLengths> lengths;  // over the arm, of the points of each
   std::vector<GroupMember> members;
   std::vector<Range> groups;
   std::vector<Real> responses;

@@ -46,13 +46,15 @@ void fill_responses(const Couplings& with, const Equations& to) {
   }
 }
 
-/// Which direction of a point slides, and how the cone follows.
+/// Which direction of a point slides, and how its bound follows.
 struct Sliding {
-  Vec3 way{0};    // unit, tangential: of the impulse on the cone
-  Real turn = 0;  // of a change across it that the cone follows
+  Vec3 way{0};    // unit, tangential: of the impulse at its bound
+  Real most = 0;  // N s: the bound
+  Real turn = 0;  // of a change across it that the bound follows
 };
 
-/// Rows of a point that slides: its impulse stays on the cone, against what would bring it to rest.
+/// Rows of a point that slides: its impulse stays at its bound, against what would bring it to
+/// rest. What the bound depends on is left out.
 void write_sliding(const Equations& to, const ContactPoint& p, const Sliding& s, Real step) {
   const std::size_t n = p.unknown;
   const Real y = s.way.y, z = s.way.z;
@@ -65,34 +67,78 @@ void write_sliding(const Equations& to, const ContactPoint& p, const Sliding& s,
   for (std::size_t k = 0; k < 2; ++k) {
     to.at(n + 1 + k, n + 1 + k) += 1;
     for (std::size_t l = 0; l < 2; ++l) to.at(n + 1 + k, n + 1 + l) -= s.turn * across[k][l];
-    to.at(n + 1 + k, n) -= p.friction * (k == 0 ? y : z);
   }
-  const Real most = p.friction * p.lasting.x;
-  to.right[n + 1] = most * y - p.lasting.y, to.right[n + 2] = most * z - p.lasting.z;
+  to.right[n + 1] = s.most * y - p.lasting.y, to.right[n + 2] = s.most * z - p.lasting.z;
 }
 
 /// The rows of a point for a Newton step.
-void write_rows_of(const Equations& to, const ContactPoint& p, Real regularisation) {
-  const Mat3& w = p.response;
-  const std::size_t n = p.unknown;
-  const auto clear = [&](std::size_t k) {
-    for (std::size_t c = 0; c < to.n; ++c) to.at(n + k, c) = 0;
-    to.at(n + k, n + k) = 1;
-    to.right[n + k] = (k == 0 ? p.least : 0) - p.lasting[static_cast<int>(k)];
-  };
-  const auto stop = [&](std::size_t k, Real response) {
-    to.at(n + k, n + k) += regularisation * response;
-    to.right[n + k] = -p.speed[static_cast<int>(k)];
-  };
-  const bool open = p.lasting.x - p.least - p.speed.x / w[0][0] <= 0;
-  if (open) return clear(0), clear(1), clear(2);
-  stop(0, w[0][0]);
-  const Real soft = softest_of(w);
-  if (!(p.friction > 0) || !(soft > 0)) return clear(1), clear(2);
-  const Vec3 wanted(0, p.lasting.y - p.speed.y / soft, p.lasting.z - p.speed.z / soft);
-  const Real size = glm::length(wanted), most = p.friction * std::max(Real(0), p.lasting.x);
-  if (size <= most) return stop(1, soft), stop(2, soft);
-  write_sliding(to, p, {wanted / size, most / size}, 1 / soft);
+struct PointRows {
+  const Equations& to;
+  const ContactPoint& p;
+  Real regularisation;
+
+  /// A component is what it is told to be.
+  void set(std::size_t k, Real impulse) const {
+    const std::size_t row = p.unknown + k;
+    for (std::size_t c = 0; c < to.n; ++c) to.at(row, c) = 0;
+    to.at(row, row) = 1;
+    to.right[row] = impulse - p.lasting[static_cast<int>(k)];
+  }
+  /// It brings what moves along it to rest.
+  void stop(std::size_t k, Real response) const {
+    const std::size_t row = p.unknown + k;
+    to.at(row, row) += regularisation * response;
+    to.right[row] = -p.speed[static_cast<int>(k)];
+  }
+  /// Two across the normal stay within a bound. The way in which they are at it, or zero.
+  Vec3 bound_across(Real most) const {
+    const Real soft = softest_of(p.response);
+    if (!(soft > 0)) return set(1, 0), set(2, 0), Vec3(0);
+    const Vec3 wanted(0, p.lasting.y - p.speed.y / soft, p.lasting.z - p.speed.z / soft);
+    const Real size = glm::length(wanted);
+    if (size <= most) return stop(1, soft), stop(2, soft), Vec3(0);
+    write_sliding(to, p, {wanted / size, most, most / size}, 1 / soft);
+    return wanted / size;
+  }
+  /// Two across the normal stay at a bound that grows with the normal impulse of `on`.
+  void follow(Vec3 way, Real length, const ContactPoint& on) const {
+    to.at(p.unknown + 1, on.unknown) -= length * way.y;
+    to.at(p.unknown + 2, on.unknown) -= length * way.z;
+  }
+};
+
+void write_contact_rows(const PointRows& rows) {
+  const ContactPoint& p = rows.p;
+  const bool open = p.lasting.x - p.least - p.speed.x / p.response[0][0] <= 0;
+  if (open) return rows.set(0, p.least), rows.set(1, 0), rows.set(2, 0);
+  rows.stop(0, p.response[0][0]);
+  if (!(p.friction > 0)) return rows.set(1, 0), rows.set(2, 0);
+  rows.follow(rows.bound_across(p.friction * std::max(Real(0), p.lasting.x)), p.friction, p);
+}
+
+/// Rolling and spinning friction.
+void write_rolling_rows(const ContactScratch& r, const PointRows& rows) {
+  const ContactPoint& p = rows.p;
+  const RollingAt& all = r.rollings[p.rolling];
+  const contact::RollingBounds most = rolling_bounds(r, all);
+  Real spins = 0;  // at its bound: which way
+  if (const Real w = p.response[0][0]; can_spin(p.response)) {
+    const Real wanted = p.lasting.x - p.speed.x / w;
+    if (std::abs(wanted) <= most.spinning)
+      rows.stop(0, w);
+    else
+      spins = wanted > 0 ? 1 : -1, rows.set(0, spins * most.spinning);
+  } else {
+    rows.set(0, 0);
+  }
+  const Vec3 way = rows.bound_across(most.rolling);
+  for (std::uint32_t i = 0; i < all.count; ++i) {
+    const ContactPoint& on = r.points[all.first + i];
+    if (!counts(on)) continue;
+    const contact::RollingLengths& lengths = r.lengths[all.first_length + i];
+    rows.to.at(p.unknown, on.unknown) -= spins * lengths.spinning;
+    rows.follow(way, lengths.rolling, on);
+  }
 }
 
 /// Elimination with partial pivots; the solution is in `right`. False: a pivot is none.
@@ -148,7 +194,10 @@ bool polish(const Couplings& with, Real tolerance, int attempt) {
   for (int i = 0; i < kIterations && best > tolerance; ++i) {
     fill_responses(with, e);
     for (const ContactPoint& p : with.group.points)
-      if (counts(p)) write_rows_of(e, p, regularisation);
+      if (counts(p)) {
+        const PointRows rows{e, p, regularisation};
+        p.is_rolling() ? write_rolling_rows(r, rows) : write_contact_rows(rows);
+      }
     if (!eliminate(e)) break;
     if (!std::all_of(e.right.begin(), e.right.end(), [](Real x) { return std::isfinite(x); }))
       break;

@@ -3,6 +3,7 @@
 #include <tuple>
 
 #include "engine/base/rotation.hpp"
+#include "engine/contact/contact_axes.hpp"
 #include "engine/contact/detect.hpp"
 #include "engine/solvers/lagrangian/contacts.hpp"
 #include "engine/solvers/solver.hpp"
@@ -60,18 +61,11 @@ Real lasting_share(const Island& m) {
   return m.settings.integrator == Integrator::euler && !m.blocks.empty() ? 1 : 0.5;
 }
 
-void set_axes(ContactPoint& p, Vec3 normal) {
-  const Vec3 aside = std::abs(normal.x) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
-  p.axes[0] = normal;
-  p.axes[1] = glm::normalize(glm::cross(normal, aside));
-  p.axes[2] = glm::cross(normal, p.axes[1]);
-}
-
 ContactPoint make_point(const World& world, std::uint32_t number, Real h) {
   const Contact& c = contacts_of(world)[number];
   ContactPoint p;
   p.contact = number;
-  set_axes(p, c.normal);
+  contact::set_axes(p.axes, c.normal);
   const std::uint32_t slot[2] = {c.slot_a, c.slot_b};
   using Side = contact::Touching::Side;
   for (int s = 0; s < 2; ++s) {
@@ -88,9 +82,10 @@ ContactPoint make_point(const World& world, std::uint32_t number, Real h) {
   // A face that turns takes its normal along.
   const Body& b = world.bodies.values()[c.slot_b];
   if (!owner_of(partition_of(world), c.slot_b) && contact::moves(b))
-    set_axes(p, glm::normalize(from_rotation_vector(h * b.angular_velocity) * c.normal));
+    contact::set_axes(p.axes,
+                      glm::normalize(from_rotation_vector(h * b.angular_velocity) * c.normal));
   p.friction = c.friction, p.restitution = c.restitution, p.gap_before = c.gap;
-  for (int k = 0; k < 3; ++k) p.lasting[k] = glm::dot(p.axes[k], c.lambda) / h;
+  p.lasting = contact::along_axes(p.axes, c.lambda) / h;
   if (!is_finite(p.lasting) || !(p.lasting.x > 0)) p.lasting = Vec3(0);
   return p;
 }
@@ -117,6 +112,7 @@ void list_points(const World& world, ContactScratch& r, Real h) {
     if (in[0] != kNoIndex && in[1] != kNoIndex) r.sets.join(in[0], in[1]);
     r.points.push_back(p);
   }
+  list_rolling(world, r, h);
 }
 
 /// The fastest of any body, m/s and rad/s, at the start of the step or at its end.
@@ -227,7 +223,10 @@ void sort_points(ContactScratch& r) {
   for (ContactPoint& p : r.points)
     p.group = r.sets.root(p.owner[0] != kNoIndex ? p.owner[0] : p.owner[1]);
   std::sort(r.points.begin(), r.points.end(), [](const ContactPoint& p, const ContactPoint& q) {
-    return std::tie(p.group, p.contact, p.limit) < std::tie(q.group, q.contact, q.limit);
+    const auto order = [](const ContactPoint& x) {
+      return std::tie(x.group, x.contact, x.limit, x.rolling);
+    };
+    return order(p) < order(q);
   });
   for (std::uint32_t i = 0; i < r.points.size(); ++i)
     for (int s = 0; s < 2; ++s) {
@@ -277,7 +276,7 @@ void list_members(ContactScratch& r) {
 /// Rates of an end along its axes, of two vectors a body.
 Vec3 end_rates(const ContactScratch& r, const ContactEnd& end, std::span<const Vec3> motion) {
   const ContactPoint& p = r.points[end.point];
-  if (p.limit != kNoIndex) {
+  if (p.is_limit()) {
     const LimitRowAt& row = r.limits[p.limit];
     Real rate = 0;
     for (std::size_t k = 0; k < row.count; ++k)
@@ -285,9 +284,10 @@ Vec3 end_rates(const ContactScratch& r, const ContactEnd& end, std::span<const V
               glm::dot(row.j[2 * k + 1], motion[2 * row.body[k] + 1]);
     return {rate, 0, 0};
   }
-  const Vec3 v =
-      end.sign * (motion[2 * end.column] + glm::cross(motion[2 * end.column + 1], end.arm));
-  return {glm::dot(p.axes[0], v), glm::dot(p.axes[1], v), glm::dot(p.axes[2], v)};
+  const Vec3 turn = motion[2 * end.column + 1];
+  const Vec3 v = p.is_rolling() ? r.rollings[p.rolling].arm * turn
+                                : motion[2 * end.column] + glm::cross(turn, end.arm);
+  return contact::along_axes(p.axes, end.sign * v);
 }
 
 /// The speed of a body's point.
@@ -307,14 +307,18 @@ Real limit_rate(const LimitRowAt& row, const Motions& s) {
 void add_end_force(const ContactScratch& r, const ContactEnd& end, Vec3 along,
                    std::span<Vec3> force) {
   const ContactPoint& p = r.points[end.point];
-  if (p.limit != kNoIndex) {
+  if (p.is_limit()) {
     const LimitRowAt& row = r.limits[p.limit];
     for (std::size_t k = 0; k < row.count; ++k)
       force[2 * row.body[k]] += along.x * row.j[2 * k],
           force[2 * row.body[k] + 1] += along.x * row.j[2 * k + 1];
     return;
   }
-  const Vec3 f = end.sign * (along.x * p.axes[0] + along.y * p.axes[1] + along.z * p.axes[2]);
+  const Vec3 f = end.sign * contact::in_world(p.axes, along);
+  if (p.is_rolling()) {
+    force[2 * end.column + 1] += r.rollings[p.rolling].arm * f;
+    return;
+  }
   force[2 * end.column] += f, force[2 * end.column + 1] += glm::cross(end.arm, f);
 }
 
@@ -333,18 +337,20 @@ void gather_contacts(World& world, Real h) {
     take_up(world, r, i, h);
   }
   sort_points(r);
+  find_rolling_points(r);
   list_members(r);
 }
 
 void place_points(World& world, const ContactGroup& g) {
   ContactScratch& r = world.memory.of<Islands>().contacts;
   for (ContactPoint& p : g.points) {
-    if (p.limit != kNoIndex) {
+    if (p.is_limit()) {
       const LimitRowAt& row = r.limits[p.limit];
       const Island& m = islands_of(world)[row.island];
       p.gap = m.scratch.c[m.blocks[row.block].first_row];
       continue;
     }
+    if (p.is_rolling()) continue;
     Vec3 at[2];
     for (int s = 0; s < 2; ++s) {
       const Vec3 outward = (s == 0 ? -1.0 : 1.0) * p.axes[0];
@@ -388,16 +394,21 @@ void join_rims(const ContactGroup& g) {
     for (ContactPoint& p : g.points)
       for (const int side : {0, 1}) {
         const contact::TouchedPlace& rim = low.on[side];
-        if (rim.circle > 0 && p.on[side].lies_on(rim) && has_same_bodies(p, low)) p.on[side] = rim;
+        if (rim.circle > 0 && p.is_contact() && p.on[side].lies_on(rim) && has_same_bodies(p, low))
+          p.on[side] = rim;
       }
 }
 
 void find_speeds(const World& world, const ContactGroup& g) {
   const ContactScratch& r = world.memory.of<Islands>().contacts;
   for (ContactPoint& p : g.points) {
-    if (p.limit != kNoIndex) {
+    if (p.is_limit()) {
       const LimitRowAt& row = r.limits[p.limit];
       p.speed = {limit_rate(row, islands_of(world)[row.island].scratch.state), 0, 0};
+      continue;
+    }
+    if (p.is_rolling()) {
+      p.speed = rolling_speed(world, r, p);
       continue;
     }
     Vec3 now(0), before(0);
@@ -431,7 +442,7 @@ void find_responses(World& world, const GroupMember& member) {
       std::span<const ContactEnd>(r.ends).subspan(member.first_end, member.ends);
   for (std::size_t e = 0; e < ends.size(); ++e)
     for (int k = 0; k < 3; ++k) {
-      const bool none = k > 0 && r.points[ends[e].point].limit != kNoIndex;
+      const bool none = k > 0 && r.points[ends[e].point].is_limit();
       if (!none) {
         Vec3 along(0);
         along[k] = 1;
@@ -456,7 +467,9 @@ void find_own_responses(World& world, const ContactGroup& g) {
       if (p.end[s] == kNoIndex) continue;
       const ContactEnd& e = r.ends[p.end[s]];
       const GroupMember& member = r.members[e.member];
-      free += 1 / islands_of(world)[e.island].mass[e.column];
+      const Island& m = islands_of(world)[e.island];
+      free +=
+          p.is_rolling() ? free_rolling(m, e.column, r.rollings[p.rolling]) : 1 / m.mass[e.column];
       for (int t = 0; t < 2; ++t) {
         if (p.end[t] == kNoIndex || r.ends[p.end[t]].member != e.member) continue;
         const std::size_t n = std::size_t(3) * member.ends;
@@ -466,7 +479,9 @@ void find_own_responses(World& world, const ContactGroup& g) {
           for (std::size_t k = 0; k < 3; ++k) p.response[int(k)][int(l)] += w[l * n + k];
       }
     }
-    p.works = p.response[0][0] > (p.limit != kNoIndex ? 0 : kLeastResponse * free);
+    const Real most =
+        p.is_rolling() ? std::max(p.response[0][0], softest_of(p.response)) : p.response[0][0];
+    p.works = most > (p.is_limit() ? 0 : kLeastResponse * free);
   }
 }
 

@@ -63,19 +63,6 @@ void stick(const Mat3& w, const Real change[2], Real scale, Real found[2]) {
   found[one] = (change[one] - off * found[two]) / d1;
 }
 
-/// The impulse at which the whole speed ends.
-Vec3 stop(const Mat3& w, Vec3 free) {
-  // The tangential part without what the normal one gives.
-  Mat3 rest = w;
-  for (int k = 1; k < 3; ++k)
-    for (int l = 1; l < 3; ++l) rest[k][l] -= w[k][0] * w[0][l] / w[0][0];
-  const Real change[2] = {-free.y + w[0][1] * free.x / w[0][0],
-                          -free.z + w[0][2] * free.x / w[0][0]};
-  Real t[2];
-  stick(rest, change, std::max({w[0][0], w[1][1], w[2][2]}), t);
-  return {(-free.x - w[1][0] * t[0] - w[2][0] * t[1]) / w[0][0], t[0], t[1]};
-}
-
 /// Bounds the tangential part of an impulse by Coulomb's cone.
 Vec3 within_cone(Vec3 r, Real friction) {
   const Real held = std::sqrt(r.y * r.y + r.z * r.z), most = friction * std::max(Real(0), r.x);
@@ -100,7 +87,8 @@ Vec3 slide(const ContactPoint& p, Vec3 free, Vec3 r) {
 
 /// The impulse `r` of a point, all others as they are, at which it neither closes nor pulls, and
 /// sticks or slides.
-Vec3 solve_point(const ContactPoint& p, Vec3 r) {
+Vec3 solve_point(const Couplings& with, const ContactPoint& p, Vec3 r) {
+  if (p.is_rolling()) return solve_rolling(with.scratch, p, r);
   const Mat3& w = p.response;
   const Vec3 free = p.speed - w * r;
   if (!(p.friction > 0)) return {std::max(p.least, -free.x / w[0][0]), 0, 0};
@@ -140,7 +128,7 @@ void open_closed(const Couplings& with) {
     Real worst = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
       ContactPoint& p = points[n % 2 == 0 ? i : points.size() - 1 - i];
-      if (!p.closed || !p.works) continue;
+      if (!p.closed || !p.works || p.is_rolling()) continue;
       const Real missing = goal_of(with, p) - p.gap;
       const Real least = p.share * with.group.h * p.least;
       const Real more = std::max(least - p.held.x, missing / p.response[0][0]);
@@ -168,7 +156,7 @@ Real sweep(const Couplings& with, Order order) {
     ContactPoint& p =
         with.group.points[order == Order::forwards ? i : with.group.points.size() - 1 - i];
     if (!p.closed || !p.works) continue;
-    const Vec3 change = solve_point(p, p.lasting) - p.lasting;
+    const Vec3 change = solve_point(with, p, p.lasting) - p.lasting;
     if (change == Vec3(0)) continue;
     add(with, p, change);
     most = std::max(most, glm::length(change));
@@ -181,8 +169,8 @@ Real scale_of(const Couplings& with) {
   Real most = 0;
   for (const ContactPoint& p : with.group.points)
     if (p.closed && p.works)
-      most = std::max(
-          {most, glm::length(p.lasting), std::abs(p.pull) * with.group.h / p.response[0][0]});
+      most = std::max({most, glm::length(p.lasting),
+                       p.is_rolling() ? 0 : std::abs(p.pull) * with.group.h / p.response[0][0]});
   return most;
 }
 
@@ -204,14 +192,20 @@ bool solve_closed(const Couplings& with) {
   return false;
 }
 
-/// Points that are shut where the bodies are now become closed. Whether any did.
+/// Whether a point is shut where the bodies are now; of torques, whether the bodies touch.
+bool is_shut(const Couplings& with, const ContactPoint& p) {
+  if (p.is_rolling()) return is_any_closed(with.scratch, with.scratch.rollings[p.rolling]);
+  // What touched and is being closed has been left by blows alone that others undo.
+  const bool comes_back = p.gap_before <= kNearlyShut && p.speed.x < 0;
+  if (p.gap > kNearlyShut && !comes_back) return false;
+  return !(p.gap > 0 && p.restitution > 0 && p.speed.x < -kSlowestImpact);
+}
+
+/// Points that are shut become closed. Whether any did.
 bool close_more(const Couplings& with) {
   bool any = false;
   for (ContactPoint& p : with.group.points) {
-    // What touched and is being closed has been left by blows alone that others undo.
-    const bool comes_back = p.gap_before <= kNearlyShut && p.speed.x < 0;
-    if (p.closed || (p.gap > kNearlyShut && !comes_back)) continue;
-    if (p.gap > 0 && p.restitution > 0 && p.speed.x < -kSlowestImpact) continue;
+    if (p.closed || !is_shut(with, p)) continue;
     p.closed = any = true;
     if (!p.works) continue;
     // What it bore in the last step is the first guess.
@@ -223,11 +217,25 @@ bool close_more(const Couplings& with) {
 
 }  // namespace
 
+bool can_spin(const Mat3& w) { return w[0][0] > kLeastPivot * std::max(w[1][1], w[2][2]); }
+
+Vec3 stop(const Mat3& w, Vec3 free) {
+  // The tangential part without what the normal one gives.
+  Mat3 rest = w;
+  for (int k = 1; k < 3; ++k)
+    for (int l = 1; l < 3; ++l) rest[k][l] -= w[k][0] * w[0][l] / w[0][0];
+  const Real change[2] = {-free.y + w[0][1] * free.x / w[0][0],
+                          -free.z + w[0][2] * free.x / w[0][0]};
+  Real t[2];
+  stick(rest, change, std::max({w[0][0], w[1][1], w[2][2]}), t);
+  return {(-free.x - w[1][0] * t[0] - w[2][0] * t[1]) / w[0][0], t[0], t[1]};
+}
+
 Real error_of(const Couplings& with) {
   Real most = 0;
   for (const ContactPoint& p : with.group.points)
     if (p.closed && p.works)
-      most = std::max(most, glm::length(solve_point(p, p.lasting) - p.lasting));
+      most = std::max(most, glm::length(solve_point(with, p, p.lasting) - p.lasting));
   return most;
 }
 
@@ -281,7 +289,7 @@ Real open_overlaps(const Couplings& with) {
   for (ContactPoint& p : with.group.points) {
     p.shift = p.held = Vec3(0);
     const Real missing = goal_of(with, p) - p.gap;
-    p.closed = missing > 0;
+    p.closed = missing > 0 && !p.is_rolling();
     if (p.closed && p.works) deepest = std::max(deepest, missing);
   }
   open_closed(with);

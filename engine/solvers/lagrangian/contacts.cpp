@@ -11,6 +11,7 @@
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
+#include "engine/contact/contact_axes.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/solvers/lagrangian/integrator.hpp"
 
@@ -113,7 +114,7 @@ Real work_of_step(const Island& m) {
 void bound_energy(World& world, const ContactGroup& g, Real work) {
   const bool rest = std::all_of(g.points.begin(), g.points.end(), [&](const ContactPoint& p) {
     const bool is_belt =
-        p.limit == kNoIndex && contacts_of(world)[p.contact].surface_velocity != Vec3(0);
+        p.is_contact() && contacts_of(world)[p.contact].surface_velocity != Vec3(0);
     return !is_belt && !p.obstacle[0].moves() && !p.obstacle[1].moves();
   });
   if (!rest) return;
@@ -223,12 +224,22 @@ bool resolve_in_parts(World& world, ContactGroup g, int parts) {
   return solved;
 }
 
+/// Of the torques of two bodies each contact is told an equal part.
+void write_rolling(World& world, const ContactScratch& r, const ContactPoint& p, Real h) {
+  const RollingAt& all = r.rollings[p.rolling];
+  const Real arm = all.arm / all.count;
+  for (const ContactPoint& q : std::span(r.points).subspan(all.first, all.count)) {
+    Contact& c = contacts_of(world)[q.contact];
+    c.torque = arm / h * contact::in_world(p.axes, p.impulse);
+    c.torque_lambda = arm * h * contact::in_world(p.axes, p.borne);
+  }
+}
+
 void write_contact(World& world, const ContactPoint& p, Real h) {
-  if (p.limit != kNoIndex) return;
   Contact& c = contacts_of(world)[p.contact];
-  const auto in_world = [&](Vec3 v) { return v.x * p.axes[0] + v.y * p.axes[1] + v.z * p.axes[2]; };
-  c.force = in_world(p.impulse) / h;
-  c.lambda = h * in_world(p.borne);
+  c.force = contact::in_world(p.axes, p.impulse) / h;
+  c.lambda = h * contact::in_world(p.axes, p.borne);
+  c.torque = c.torque_lambda = Vec3(0);
   c.active = p.impulse.x > 0, c.impact = 0, c.rest = 0, c.sliding = 1;
   c.depth = std::max(Real(0), -p.gap);
 }
@@ -237,7 +248,7 @@ void write_contact(World& world, const ContactPoint& p, Real h) {
 /// step alone, which contacts have opened.
 void restore_limits(World& world, ContactScratch& r, Real h) {
   for (const ContactPoint& p : r.points) {
-    if (p.limit == kNoIndex) continue;
+    if (!p.is_limit()) continue;
     const LimitRowAt& row = r.limits[p.limit];
     Island& m = islands_of(world)[row.island];
     const bool bears = p.impulse.x > p.least;
@@ -256,7 +267,7 @@ void finish(World& world, std::uint32_t island) {
     m.lost = m.bodies.front(), m.fresh = true;
     return;
   }
-  write_back(world, m);
+  write_back(world, m), write_back_touch_forces(world, m);
 }
 
 }  // namespace
@@ -274,7 +285,10 @@ void resolve_contacts(World& world, Real h) {
     if (!solved && r.unsolved++ == 0)
       r.unsolved_at = islands_of(world)[g.members.front().island].bodies.front();
   }
-  for (const ContactPoint& p : r.points) write_contact(world, p, h);
+  for (const ContactPoint& p : r.points)
+    if (p.is_contact()) write_contact(world, p, h);
+  for (const ContactPoint& p : r.points)
+    if (p.is_rolling()) write_rolling(world, r, p, h);
   restore_limits(world, r, h);
   for (const GroupMember& member : r.members) finish(world, member.island);
 }

@@ -29,6 +29,22 @@ void find_own_responses(World& world, const ContactGroup& g);
 void add_end_force(const ContactScratch& r, const ContactEnd& end, Vec3 along,
                    std::span<Vec3> force);
 
+// Rolling and spinning friction (contact_rolling.cpp).
+
+/// Adds a point of torques for every two bodies that have it, after their contacts.
+void list_rolling(const World& world, ContactScratch& r, Real h);
+/// Where the contacts of each are, once points are sorted.
+void find_rolling_points(ContactScratch& r);
+bool is_any_closed(const ContactScratch& r, const RollingAt& all);
+/// N s: of the torques, over the arm.
+contact::RollingBounds rolling_bounds(const ContactScratch& r, const RollingAt& all);
+/// The speed of such a point: that of turning, over the arm.
+Vec3 rolling_speed(const World& world, const ContactScratch& r, const ContactPoint& p);
+/// 1/kg: what a body would give way by to it without joints.
+Real free_rolling(const Island& m, std::uint32_t column, const RollingAt& all);
+/// The impulse `torque` of such a point, all others as they are, that stops what it can.
+Vec3 solve_rolling(const ContactScratch& r, const ContactPoint& p, Vec3 torque);
+
 // What solves them (contact_solve.cpp).
 
 /// The islands' responses as the iterations see them.
@@ -48,6 +64,10 @@ bool hold(const Couplings& with);
 bool hold_on(const Couplings& with);
 /// The largest tangential response of a point to itself.
 Real softest_of(const Mat3& response);
+/// Whether the bodies can turn about the normal at all.
+bool can_spin(const Mat3& response);
+/// The impulse at which the whole speed of a point ends.
+Vec3 stop(const Mat3& response, Vec3 free);
 /// What closed points are from their impulses as each one alone would have it, N s.
 Real error_of(const Couplings& with);
 /// Newton's method from the impulses as they are (contact_newton.cpp): the best that it finds.

@@ -320,6 +320,8 @@ Real met_unseen(const World& world, Island& m);
 
 /// Results of contacts of surfaces, to the World.
 void write_back_touches(World& world, Island& m);
+/// Their forces alone, which contacts have changed.
+void write_back_touch_forces(World& world, Island& m);
 // Impacts (limits.cpp, blows.cpp).
 
 /// A limit violated by less counts as reached, m or rad.

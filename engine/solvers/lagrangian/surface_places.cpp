@@ -387,4 +387,12 @@ void write_back_touches(World& world, Island& m) {
   });
 }
 
+void write_back_touch_forces(World& world, Island& m) {
+  for_each_contact(world, m, [&](const Spots& s) {
+    SurfaceContact& c = world.surface_contacts.values()[m.touch_sources[s.first]];
+    for (std::size_t n = 0; n < s.count; ++n)
+      (n == 0 ? c.force : c.more[n - 1].force) = spot_of(s, n).force;
+  });
+}
+
 }  // namespace pantin::detail::lagrangian
