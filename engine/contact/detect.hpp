@@ -2,6 +2,7 @@
 /// Contact detection.
 #include <span>
 
+#include "engine/base/invariants.hpp"
 #include "engine/base/math.hpp"
 #include "engine/contact/contact.hpp"
 #include "engine/geometry/shape.hpp"
@@ -59,6 +60,7 @@ struct TouchedPlace {
   Vec3 at(Quat rotation, Vec3 outward) const {
     Vec3 place = rotation * core + radius * outward;
     if (circle == 0) return place;
+    PANTIN_ASSERT(is_unit(axis) && is_unit(outward));
     const Vec3 about = rotation * axis, across = outward - glm::dot(outward, about) * about;
     const Real length = glm::length(across);
     return length > 0 ? place + circle / length * across : place;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 
+#include "engine/base/invariants.hpp"
 #include "engine/contact/detect.hpp"
 #include "engine/contact/on_the_way.hpp"
 #include "engine/world/world.hpp"
@@ -31,12 +32,14 @@ bool is_on_rim(const Shape& s, Vec3 point, Vec3 outward) {
 }  // namespace
 
 Real TouchedPlace::rate_around(Quat rotation, Vec3 spin, Vec3 normal) const {
+  PANTIN_ASSERT(is_unit(axis) && is_unit(normal));
   const Vec3 about = rotation * axis, lean = about - glm::dot(about, normal) * normal;
   return glm::dot(normal, glm::cross(lean, glm::cross(spin, about))) /
          std::max(glm::dot(lean, lean), kLeastLean);
 }
 
 bool TouchedPlace::lies_on(const TouchedPlace& rim) const {
+  PANTIN_ASSERT(rim.circle > 0 && is_unit(rim.axis));
   const Vec3 from = core - rim.core;
   const Real along = glm::dot(from, rim.axis);
   return circle == 0 &&
@@ -54,6 +57,7 @@ TouchedPlace touched_place(const World& world, const Contact& c, const Touching&
   const bool is_a = at.side == Touching::Side::a;
   const std::uint32_t slot = is_a ? c.slot_a : c.slot_b;
   const Vec3 point = is_a ? c.point_a : c.point_b, normal = is_a ? -c.normal : c.normal;
+  PANTIN_ASSERT(slot < world.bodies.size() && is_unit(normal));
   const Vec3 outward = glm::conjugate(at.rotation) * normal;
   const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot]);
   const std::uint32_t index = is_a ? shape_of_a(c.key) : shape_of_b(c.key);
