@@ -162,7 +162,8 @@ void add_own_rows(Island& a, std::size_t n, const RowsOf& rows_of) {
       response += std::abs(r.tie_matrix[(row + i) * (n + 1)]) / static_cast<Real>(count);
     if (count == 1) t.response = response;
     if (t.softness == 0) t.softness = r.tie_yield * response;
-    t.rows = rows_of(t);
+    // The matrix has the rows that were counted: a tie that would now have others keeps them.
+    if (const TieRows now = rows_of(t); now.count == t.rows.count) t.rows = now;
     const Vec3 right = t.rows.right - change_of(a, t) * t.rows.by;
     for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t j = 0; j < count; ++j)
