@@ -91,6 +91,9 @@ Real most_due(const Island& a, Real part, int attempt) {
 /// What is left of a step, by the rules that always end.
 bool finish_otherwise(World& world, Island& a, const StepPart& rest, Entity& lost) {
   const Real h = (rest.end - rest.begin) * rest.whole;
+  PANTIN_ASSERT(rest.begin < rest.end && rest.end == 1);
+  PANTIN_ASSERT(a.scratch.ways.size() == 3 * a.trees.size() &&
+                a.pins.size() <= a.scratch.pins_before.size());
   // The parts done so far have moved bodies and anchors.
   StepScratch& r = a.scratch;
   for (std::size_t i = 0; i < r.ways.size(); ++i) r.ways[i] = r.targets[i] - r.ways[i];
@@ -154,6 +157,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
   Real part = longest, usual = longest;  // the second but for ends at blows
   Real bent = kParts;                    // as far as cones let the way be straight
   for (int attempt = 1; left > 0; ++attempt) {
+    PANTIN_ASSERT(part > 0 && part <= left);
     if (left - part < kRounding) part = left;
     const StepPart now{1 - left / kParts, part < left ? 1 - (left - part) / kParts : 1, h, yields};
     set_anchors(world, a, now);

@@ -91,6 +91,7 @@ bool cones_bend(const StiffStep& s, TiedPart& with) {
 
 /// Half the impulse with which a limit that is held pushes over the part.
 Real push_of(const StiffStep& s, std::size_t c, const ConservingLimit& l) {
+  PANTIN_ASSERT(l.state == LimitState::held);
   const ConservingNode& n = s.a.scratch.conserving_nodes[c];
   return -glm::dot(l.column, n.passed - 0.5 * s.h * n.exerted);
 }
@@ -188,6 +189,7 @@ void add_limit_rows(const StiffStep& s, std::size_t c, Unknown unknown, JointRow
     l.column = Vec3(0);
     const bool moves = unknown == Unknown::displacement;
     if (!(moves ? l.state == LimitState::held : l.acts) || rows.count == 3) continue;
+    PANTIN_ASSERT(rows.count < 3);
     const std::size_t n = rows.count++;
     rows.limit[n] = &l;
     rows.gradient[n] = rows.torque[n] = l.along;
@@ -212,6 +214,7 @@ bool limits_end_early(const StiffStep& s, TiedPart& with) {
     l.state = LimitState::hit, hit = true;
   });
   if (first < 1) {
+    PANTIN_ASSERT(is_range(0, first));
     with.shorter = std::max(first * with.units, kSoonest);
     return true;
   }
@@ -235,6 +238,7 @@ bool any_limit_hit(const Island& a) {
 
 Real begin_blow(const StiffStep& s) {
   Island& a = s.a;
+  PANTIN_ASSERT(a.scratch.conserving_nodes.size() == a.count());
   StepScratch& r = a.scratch;
   for (std::size_t c = 0; c < a.count(); ++c) {
     r.conserving_nodes[c].end_joint = r.work.vec(kEndJoint, c);

@@ -85,6 +85,7 @@ void place_by_joints(const Group& g, const GroupTree& t, const Moved& to) {
       b.pose.rotation = n.turned;
       continue;
     }
+    PANTIN_ASSERT(n.parent == kNoNode || n.parent < i);
     const GroupBody* p = n.parent == kNoNode ? nullptr : &g.bodies[g.nodes[n.parent].body];
     b.pose.rotation = as_allowed(n, n.turned, p ? p->pose.rotation : to.held);
     b.pose.position =
@@ -274,6 +275,7 @@ void slow_to_way(const Group& g, const GroupTree& t, Real h) {
     kept += n.mass * glm::dot(change, change), all += n.mass * glm::dot(velocity, velocity);
   }
   if (!(gained < 0)) return;
+  PANTIN_ASSERT(h > 0);
   const Real share = std::min(Real(1), std::sqrt(kept / all) / kFastWay) / h;
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i)
     g.bodies[g.nodes[i].body].velocity += share * g.nodes[i].missed_by;

@@ -26,6 +26,7 @@ struct Bounds {
   Real spinning = 0, rolling = 0;
 };
 Bounds bounds_of(const Group& g, const GroupRolling& r) {
+  PANTIN_ASSERT(is_part(r.first, r.count, g.contacts.size()));
   Bounds b;
   for (const GroupContact& c : g.contacts.subspan(r.first, r.count))
     b.spinning += c.spinning_length * c.impulse.x, b.rolling += c.rolling_length * c.impulse.x;
@@ -69,6 +70,7 @@ Real solve_rolling(const Group& g, Pair& pair, GroupRolling& r) {
 
 void push(const Group& g, GroupRolling& r) {
   r.impulse = bounded(r.impulse, bounds_of(g, r));
+  PANTIN_ASSERT(r.count > 0);
   if (r.impulse == Vec3(0)) return;
   const PairOf both = pair_of(g.contacts[r.first]);
   Pair pair = begin_pair(g, both);

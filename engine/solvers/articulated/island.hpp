@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/base/fields.hpp"
+#include "engine/base/invariants.hpp"
 #include "engine/base/math.hpp"
 #include "engine/joints/joint.hpp"
 #include "engine/joints/stops.hpp"
@@ -36,14 +37,17 @@ class LaneTable {
   Real at(std::size_t row, std::size_t column) const { return numbers_[place(row, column)]; }
   Vec3 vec(std::size_t row, std::size_t column) const {
     const std::size_t p = place(row, column);
+    PANTIN_ASSERT(row + 3 <= rows_);
     return {numbers_[p], numbers_[p + kLanes], numbers_[p + 2 * kLanes]};
   }
   void set(std::size_t row, std::size_t column, Vec3 v) {
     const std::size_t p = place(row, column);
+    PANTIN_ASSERT(row + 3 <= rows_);
     numbers_[p] = v.x, numbers_[p + kLanes] = v.y, numbers_[p + 2 * kLanes] = v.z;
   }
   Quat quat(std::size_t row, std::size_t column) const {
     const std::size_t p = place(row, column);
+    PANTIN_ASSERT(row + 4 <= rows_);
     return Quat(numbers_[p + 3 * kLanes], numbers_[p], numbers_[p + kLanes],
                 numbers_[p + 2 * kLanes]);
   }
@@ -61,6 +65,7 @@ class LaneTable {
 
  private:
   std::size_t place(std::size_t row, std::size_t column) const {
+    PANTIN_ASSERT(row < rows_ && (column / kLanes + 1) * rows_ * kLanes <= numbers_.size());
     return (column / kLanes * rows_ + row) * kLanes + column % kLanes;
   }
 

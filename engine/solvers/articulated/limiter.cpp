@@ -121,6 +121,7 @@ Real potential_of_final(const World& world, const Island& a) {
 void take_back(World& world, Island& a, const IslandView& p, Real allowed) {
   const Kernels& k = kernels();
   LaneTable& w = a.scratch.work;
+  PANTIN_ASSERT(a.scratch.targets.size() == 3 * a.trees.size());
   for (Real back : {0.5, 0.75, 1.0}) {
     for (std::size_t c = 0; c < a.count(); ++c) {
       const Pose& pose = world.bodies.values()[a.slots[c]].pose;

@@ -53,6 +53,7 @@ void predict_still(const World& world, Island& a) {
 
 bool has_rested(const World& world, Island& a, Real h) {
   if (a.rests.empty()) return false;
+  PANTIN_ASSERT(a.rests.size() == a.count());
   Real near = kNear * a.settings.sleep_speed;
   if (a.size > 0) near = std::min(near, kNearOfSize * a.size);
   Real moved = 0, whole = 0, farthest = 0, fastest = 0;
@@ -78,6 +79,7 @@ bool has_rested(const World& world, Island& a, Real h) {
 }
 
 void fall_asleep(World& world, Island& a) {
+  PANTIN_ASSERT(!a.asleep);
   a.asleep = true;
   a.asleep_gravity = world.gravity;
   for (std::uint32_t c = 0; c < a.count(); ++c) {
