@@ -57,6 +57,7 @@ void add_projected_forces(Island& m, Real h) {
 
 /// One integrator step with projection. False: it failed.
 bool integrate(const World& world, Island& m, const Span& span, const IntegratorRow& by) {
+  PANTIN_ASSERT(!(span.h < 0) && span.whole > 0);
   m.scratch.lost_touch = UINT32_MAX, m.scratch.part_h = span.h;
   set_grips(m, m.mean_lambda);
   for (TouchMemory& touch : m.touches)
@@ -92,6 +93,7 @@ bool integrate(const World& world, Island& m, const Span& span, const Integrator
 /// Steps with an error estimate, each within the tolerance. False: they became too small.
 bool integrate_adaptively(const World& world, Island& m, const Span& span,
                           const IntegratorRow& by) {
+  PANTIN_ASSERT(by.step_estimated);
   const Real goal = m.settings.step_tolerance;
   Real done = 0, h = m.try_step > 0 ? m.try_step : span.h / 16;
   for (int n = 0; done < span.h * (1 - 1e-14); ++n) {

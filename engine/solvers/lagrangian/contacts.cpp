@@ -32,6 +32,7 @@ void clear_forces(Island& m) {
 /// scratch.solution, impulses of joints into scratch.lambda.
 void respond(const ContactScratch& r, Island& m, const GroupMember& member,
              Vec3 ContactPoint::*what) {
+  PANTIN_ASSERT(is_part(member.first_end, member.ends, r.ends.size()));
   clear_forces(m);
   for (std::uint32_t i = member.first_end; i < member.first_end + member.ends; ++i)
     add_end_force(r, r.ends[i], r.points[r.ends[i].point].*what, m.scratch.momenta);
@@ -42,6 +43,7 @@ void respond(const ContactScratch& r, Island& m, const GroupMember& member,
 void change_velocities(World& world, const Couplings& with, const GroupMember& member,
                        Vec3 ContactPoint::*what) {
   Island& m = islands_of(world)[member.island];
+  PANTIN_ASSERT(with.group.h > 0 && m.forces.size() == m.rows);
   respond(with.scratch, m, member, what);
   for (std::size_t b = 0; b < m.count(); ++b) {
     m.scratch.state.v[b] += m.scratch.solution[2 * b];
@@ -195,6 +197,7 @@ bool resolve(World& world, const ContactGroup& g) {
 
 /// A step of loose bodies in parts, each with its contacts. False: not to the tolerance.
 bool resolve_in_parts(World& world, ContactGroup g, int parts) {
+  PANTIN_ASSERT(parts > 1);
   const Real h = g.h;
   g.h = h / parts;
   for (const GroupMember& member : g.members) {
@@ -225,6 +228,7 @@ bool resolve_in_parts(World& world, ContactGroup g, int parts) {
 
 void write_contact(World& world, const ContactPoint& p, Real h) {
   if (p.limit != kNoIndex) return;
+  PANTIN_ASSERT(p.contact < contacts_of(world).size() && is_unit(p.axes[0]));
   Contact& c = contacts_of(world)[p.contact];
   const auto in_world = [&](Vec3 v) { return v.x * p.axes[0] + v.y * p.axes[1] + v.z * p.axes[2]; };
   c.force = in_world(p.impulse) / h;
@@ -238,6 +242,7 @@ void write_contact(World& world, const ContactPoint& p, Real h) {
 void restore_limits(World& world, ContactScratch& r, Real h) {
   for (const ContactPoint& p : r.points) {
     if (p.limit == kNoIndex) continue;
+    PANTIN_ASSERT(p.limit < r.limits.size());
     const LimitRowAt& row = r.limits[p.limit];
     Island& m = islands_of(world)[row.island];
     const bool bears = p.impulse.x > p.least;
@@ -267,6 +272,9 @@ void resolve_contacts(World& world, Real h) {
   ContactScratch& r = world.memory.of<Islands>().contacts;
   for (std::size_t i = 0; i < r.groups.size(); ++i) {
     const ContactScratch::Range& range = r.groups[i];
+    PANTIN_ASSERT(is_part(range.first_point, range.points, r.points.size()));
+    PANTIN_ASSERT(is_part(range.first_member, range.members, r.members.size()) &&
+                  range.members > 0);
     const ContactGroup g{std::span(r.points).subspan(range.first_point, range.points),
                          std::span(r.members).subspan(range.first_member, range.members), h};
     const int parts = parts_of(world, g);

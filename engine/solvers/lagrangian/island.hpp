@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/base/fields.hpp"
+#include "engine/base/invariants.hpp"
 #include "engine/base/math.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/joints/rows.hpp"

@@ -62,6 +62,7 @@ Vec3 rotation_rate(Vec3 turn, Vec3 w) {
 
 /// scratch.state from `change` since the start of the step, four vectors a body.
 void set_state(Island& m, const Stages& change) {
+  PANTIN_ASSERT(change.size() == kStageVectors * m.count());
   Motions& s = m.scratch.state;
   const Motions& from = m.scratch.from;
   for (std::size_t b = 0; b < m.count(); ++b) {
@@ -95,6 +96,7 @@ std::array<Real, 3> weights_at(Real s) {
 
 /// A first guess of the stages: the accelerations of the last step go on as they did; or none.
 void guess_stages(Island& m, Real h) {
+  PANTIN_ASSERT(m.stage_accelerations.size() == 6 * m.count());
   CollocationScratch& s = m.scratch.collocation;
   const bool known = !m.fresh && m.stage_step > 0 && h <= kFarthest * m.stage_step;
   std::array<Real, 3> w[3];
@@ -122,6 +124,7 @@ void keep_accelerations(Island& m, Real h) {
       for (std::size_t k = 0; k < 2; ++k)
         m.stage_accelerations[2 * (i * m.count() + b) + k] =
             m.scratch.collocation.rate[i][kStageVectors * b + 2 + k];
+  PANTIN_ASSERT(h > 0);
   m.stage_step = h;
 }
 
@@ -214,6 +217,7 @@ void start_step(const Attempt& a) {
 /// The error by the rates `rate` at the start and by the stages. [sec. IV.8, eq. 8.19]
 Real estimate(Island& m, const Stages& rate, Real h) {
   CollocationScratch& s = m.scratch.collocation;
+  PANTIN_ASSERT(s.error.size() == rate.size());
   for (std::size_t n = 0; n < s.error.size(); ++n)
     s.error[n] = (h * rate[n] + kEstimate[0] * s.stage[0][n] + kEstimate[1] * s.stage[1][n] +
                   kEstimate[2] * s.stage[2][n]) /

@@ -24,11 +24,13 @@ bool has_friction(const Island& m, std::size_t block) {
 }
 /// A slip against which friction acts; of its block of rolling.
 bool slips(const Island& m, std::size_t block) {
+  PANTIN_ASSERT(block < m.blocks.size());
   return has_friction(m, block) && !m.memory[block].active && is_active(m, block - 1);
 }
 
 /// Adds a force of friction of `size` at a place to forces and torques, two a body.
 void add_friction(const Island& m, const Block& roll, Real size, std::span<Vec3> force) {
+  PANTIN_ASSERT(roll.kind == BlockKind::roll && 2 * m.count() <= force.size());
   const TouchFound& found = m.scratch.touching[roll.first_place];
   for (std::size_t k = 0; k < 2; ++k) {
     if (roll.body[k] >= m.count()) continue;
@@ -79,6 +81,7 @@ Vec3 way_of(const Island& m, const Block& roll, Vec3 slip, Vec3 before) {
 /// event.
 void aim(Island& m, const Block& roll) {
   TouchFound& found = m.scratch.touching[roll.first_place];
+  PANTIN_ASSERT(is_unit(found.normal));
   const Vec3 before = m.touches[roll.first_place].slip, slip = slip_of(m, roll);
   if (glm::length(slip) > kStill) {
     found.along = way_of(m, roll, glm::dot(slip, before) < 0 ? -slip : slip, before);
@@ -92,6 +95,7 @@ void aim(Island& m, const Block& roll) {
 /// The force of rolling rows on a.
 Vec3 held_by(const Island& m, const Block& roll, std::span<const Real> lambda) {
   const TouchFound& found = m.scratch.touching[roll.first_place];
+  PANTIN_ASSERT(roll.rows <= std::size(found.tangent));
   Vec3 sum(0);
   for (std::size_t r = 0; r < roll.rows; ++r) sum += lambda[roll.first_row + r] * found.tangent[r];
   return sum;

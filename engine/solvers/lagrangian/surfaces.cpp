@@ -64,6 +64,7 @@ struct Contact3 {
   Pose surface_a, surface_b, a_in_b;  // world, world, in b's
 };
 Contact3 contact_at(const World& world, const Island& m, const Block& block) {
+  PANTIN_ASSERT(block.kind == BlockKind::surface && block.count == 2);
   const SurfaceContact& c = world.surface_contacts.values()[block.source];
   const Pose a = compose(pose_of(m, block.body[0]), c.on_a.pose);
   const Pose b = compose(pose_of(m, block.body[1]), c.on_b.pose);
@@ -125,6 +126,8 @@ const Block* roll_of(const Island& m, std::size_t block) {
 bool follow(Island& m, const Contact3& k, std::size_t block, Pair& now) {
   const Block& b = m.blocks[block];
   StepScratch& scratch = m.scratch;
+  PANTIN_ASSERT(b.first_place < scratch.state.touches.size() &&
+                b.first_place < scratch.touching.size());
   Touch& touch = scratch.state.touches[b.first_place];
   TouchFound& found = scratch.touching[b.first_place];
   if (!(found.is_fresh && found.a_in_b.position == k.a_in_b.position &&
