@@ -16,6 +16,7 @@ Vec3 turned(Vec3 v, Real angle) {
 
 int rows_of(const PlaneJoint& joint) {
   constexpr int kRows[] = {2, 3, 2, 1, 0};  // hinge, weld, slider, rod, spring
+  PANTIN_ASSERT(joint.kind <= PlaneJoint::spring);
   return kRows[joint.kind];
 }
 
@@ -36,6 +37,7 @@ struct Placed {
 };
 
 Placed place(const PlaneJoint& j, const Motions& m) {
+  PANTIN_ASSERT(j.a < m.gained.size() && j.b < m.gained.size());
   const Vec3 a = turned(j.arm_a, m.gained[j.a]), b = turned(j.arm_b, m.gained[j.b]);
   const Vec3 gap = (m.position[j.b] - m.position[j.a]) * Vec3(1, 1, 0) + b - a;
   return {j, a, b, gap, m.gained[j.b] - m.gained[j.a]};
@@ -114,6 +116,7 @@ Coordinate second_of(const Gear& gear) {
 /// The coordinate of a geared link less what was counted from, as a row.
 Row coordinate(const World& world, const Planar& all, std::uint32_t at, Coordinate which) {
   const StepScratch& s = all.scratch;
+  PANTIN_ASSERT(at < s.joint_of.size() && s.joint_of[at] != kNobody);
   const PlaneJoint& j = s.plane.joints[s.joint_of[at]];
   const Placed p = place(j, s.motions);
   if (which == Coordinate::travel) return along(p, axis_of(p, s.motions), 1);

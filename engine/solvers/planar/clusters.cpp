@@ -43,6 +43,7 @@ bool fits(const PlaneJoint& j, Real unit) {
 
 /// The bodies of `rest` about the first of them, up to a gap; they leave `rest`.
 std::vector<std::uint32_t> take_cluster(const Plane& plane, std::vector<std::uint32_t>& rest) {
+  PANTIN_ASSERT(!rest.empty() && std::is_sorted(rest.begin(), rest.end()));
   const Vec3 middle = plane.bodies[rest.front()].position;
   const auto distance = [&](std::uint32_t i) {
     return glm::length(plane.bodies[i].position - middle) / plane.unit;

@@ -3,6 +3,7 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/base/check.hpp"
 #include "engine/solvers/planar/curves.hpp"
 #include "engine/solvers/planar/factor.hpp"
 #include "engine/solvers/planar/plane.hpp"
@@ -281,6 +282,7 @@ void take_curve_impulses(Planar& all, const Mechanism& of, Real h);
 template <class F>
 void each_joint(Planar& all, const Mechanism& of, F&& f) {
   StepScratch& s = all.scratch;
+  PANTIN_ASSERT(s.joint_of.size() == all.links.size() && s.plane.joints.size() >= all.pins.size());
   for (const std::uint32_t link : of.links)
     if (const std::uint32_t at = s.joint_of[link]; at != kNobody) f(s.plane.joints[at]);
   const std::size_t pins = s.plane.joints.size() - all.pins.size();

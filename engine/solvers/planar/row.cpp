@@ -71,6 +71,7 @@ void note_stillness(const World& world, Planar& all) {
 void take_results(const World& world, Planar& all, Real h) {
   begin_motions(all, h);
   const std::vector<PlaneBody>& bodies = all.scratch.plane.bodies;
+  PANTIN_ASSERT(bodies.size() == all.bodies.size() + 1);
   Motions& m = all.scratch.motions;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const PlaneBody& b = bodies[i];
@@ -118,6 +119,7 @@ void write_bodies(World& world, Planar& all) {
 /// What links bore, and where the joints of the next step begin.
 void keep_loads(Planar& all) {
   const StepScratch& s = all.scratch;
+  PANTIN_ASSERT(s.joint_of.size() == all.links.size());
   all.reactions.assign(all.links.size(), {});
   for (const Mechanism& of : all.mechanisms) {
     std::size_t joint = 0;
@@ -132,6 +134,7 @@ void keep_loads(Planar& all) {
 }
 
 void name_shapes(const Plane& plane, Touch& t) {
+  PANTIN_ASSERT(t.outline_a < plane.bodies[t.a].count && t.outline_b < plane.bodies[t.b].count);
   t.shape_a = plane.outlines[plane.bodies[t.a].first + t.outline_a].shape;
   t.shape_b = plane.outlines[plane.bodies[t.b].first + t.outline_b].shape;
 }
@@ -144,6 +147,7 @@ void collide_bodies(const World& world, Planar& all, const StepTask& task) {
   all.near.begin();
   if (plane.near) contact::add_ignored(world, plane.ignored, all.near);
   step_clusters(plane, task.h, all.touches);
+  PANTIN_ASSERT(std::is_sorted(all.touches.begin(), all.touches.end(), comes_before));
   all.near.end([](const contact::NearPair&) { return false; });
 }
 
@@ -217,6 +221,7 @@ void find_starts(const World& world, std::vector<contact::StartPose>& out) {
 }
 
 Contact contact_of(const World& world, const Planar& all, const Touch& t) {
+  PANTIN_ASSERT(t.a < all.bodies.size() && t.b < all.bodies.size());
   const FlatBody &a = all.bodies[t.a], &b = all.bodies[t.b];
   const Body &on_a = world.bodies.values()[a.slot], &on_b = world.bodies.values()[b.slot];
   Contact c;
