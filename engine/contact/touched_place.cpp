@@ -14,7 +14,7 @@ namespace {
 // A turned shape whose axis leans less, rad, stands on points that stay where they are on its rim.
 // Of one that leans more the lowest point goes around, 1 - cos from the farthest; points of the rim
 // beside it, by this cosine, are that one too, since it may come to where they are within the step.
-constexpr Real kUpright = 1e-3, kBeside = 0.5, kFarthest = 1e-9;
+constexpr Real kUpright = 1e-3, kBeside = 0.5, kOffFarthest = 1e-9;
 // Of the size; of the circle, of places that were found apart.
 constexpr Real kOnRim = 1e-6, kOnCircle = 1e-4;
 // The least square of the sine of a lean by which anything is divided.
@@ -73,7 +73,7 @@ TouchedPlace touched_place(const World& world, const Contact& c, const Touching&
     const Quat back = glm::conjugate(s.local.rotation);
     const Real beside = glm::dot(out, lean), whole = circle * length;
     if (length > kUpright &&
-        (beside > (1 - kFarthest) * whole ||
+        (beside > (1 - kOffFarthest) * whole ||
          (beside > kBeside * whole && is_on_rim(s, back * from, back * outward))))
       return {s.local.position + middle, axis, circle, 0};
     return {point};

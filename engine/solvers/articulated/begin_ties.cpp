@@ -10,7 +10,7 @@ constexpr std::uint32_t kNobody = UINT32_MAX;
 /// that finds no solution, as in a net whose corners are moved apart, by the second part.
 constexpr Real kYielding = 0.03;
 /// Of the island's size: below it, a tie's gap is its own compliance, whose energy counts.
-constexpr Real kClosed = 1e-5;
+constexpr Real kClosedGap = 1e-5;
 
 /// Of the island's mass times its size: the multiplier of a cable that has just become taut.
 constexpr Real kLeast = 1e-30;
@@ -53,7 +53,7 @@ void begin_tie(const World& world, const Island& a, ConservingTie& t, const Plac
   t.still = t.a != kNobody || (way == Vec3(0) && t.velocity == Vec3(0));
   t.before = start(t.b, t.anchor_b, t.start_b) -
              (t.a != kNobody ? start(t.a, t.anchor_a, t.start_a) : place.before + begin * way);
-  if (t.kind == TieKind::rigid && glm::length(t.before) > kClosed * a.size) t.still = false;
+  if (t.kind == TieKind::rigid && glm::length(t.before) > kClosedGap * a.size) t.still = false;
 }
 
 /// The last tie: taut as at the end of the last step, to begin with.

@@ -16,7 +16,7 @@ namespace {
 constexpr Real kAtLimit = 1e-10;  // rad: a joint is at its limit
 constexpr Real kHit = 1e-6;       // rad: so near, it is hit at the end of a part
 /// rad: what the iterations leave of a limit that is held.
-constexpr Real kRounding = 1e-8;
+constexpr Real kAngleRounding = 1e-8;
 /// rad, on the way over the step: a blow that is slower is not followed to its time.
 constexpr Real kSlow = 1e-4;
 /// Of a step: limits that are hit within that time of one another are hit at once. Which of two
@@ -81,7 +81,7 @@ Real bend_of(const StiffStep& s) {
 /// Whether the part has to be taken again, as cones bend the way too far in it.
 bool cones_bend(const StiffStep& s, TiedPart& with) {
   const Real bend = bend_of(s), most = std::sqrt(kBend * s.part.whole);
-  if (!with.may_divide || bend <= kRounding) return false;
+  if (!with.may_divide || bend <= kAngleRounding) return false;
   with.longest =
       std::max(kShortestBend, 0.8 * most / bend * with.units);  // it may turn faster then
   if (bend <= most || with.longest >= with.units) return false;
@@ -167,7 +167,7 @@ bool is_clamped(const Island& a, std::size_t c) {
   Real least = 0;
   for (const ConservingLimit& l : a.scratch.conserving_nodes[c].limits)
     if (l.watched) least = std::min(least, l.clearance);
-  return least < 0 && least >= -kRounding;
+  return least < 0 && least >= -kAngleRounding;
 }
 
 bool change_limits(const StiffStep& s, std::size_t c) {

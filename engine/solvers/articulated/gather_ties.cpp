@@ -8,7 +8,7 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Of the size of an island: gaps of its loops that are left to close by and by.
+/// Loop gap, as a fraction of the island's size, that is closed gradually over the steps.
 constexpr Real kOpen = 1e-5;
 
 /// A fixed or kinematic body, once in a group.

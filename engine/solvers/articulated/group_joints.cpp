@@ -11,9 +11,9 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// rad: a limit farther away than this is not looked at in a substep. How much faster a joint may
-/// turn than expected before it is looked at again, rad/s.
-constexpr Real kNear = 0.15, kSuddenSpin = 20;
+/// rad: a limit with more clearance is not checked in a substep. rad/s: the extra joint speed that
+/// is allowed for until the next check.
+constexpr Real kWatchedClearance = 0.15, kUnexpectedSpin = 20;
 
 void add_drive(const Group& g, GroupNode& n, const GroupPart& part) {
   const JointDrive& drive = *n.drive;
@@ -74,8 +74,8 @@ void prepare_limits(const Group& g, std::uint32_t node, Real h) {
   find_limits(*n.joint, n.rotation, parent_rotation(g, n), found);
   for (int s = 0; s < 4; ++s) {
     GroupLimit& limit = n.limits[s];
-    limit.listed =
-        found[s].watched && (found[s].both_ways || limit.impulse > 0 || found[s].clearance < kNear);
+    limit.listed = found[s].watched && (found[s].both_ways || limit.impulse > 0 ||
+                                        found[s].clearance < kWatchedClearance);
     if (!limit.listed) {
       limit.impulse = limit.before = 0;
       continue;
@@ -99,7 +99,7 @@ void prepare_limits(const Group& g, std::uint32_t node, Real h) {
   const Vec3 parent =
       n.parent == kNoNode ? g.trees[n.tree].held_spin : g.bodies[g.nodes[n.parent].body].spin;
   const Real spin = glm::length(g.bodies[n.body].spin - parent);
-  const Real substeps = nearest / (h * (2 * spin + kSuddenSpin));
+  const Real substeps = nearest / (h * (2 * spin + kUnexpectedSpin));
   n.unlimited_for = substeps < 1000 ? static_cast<int>(substeps) : 0;
 }
 

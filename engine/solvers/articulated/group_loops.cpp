@@ -7,11 +7,12 @@
 // there of unit impulses at a tie, on its way to the root. A = L L^T is factored once a substep,
 // row by row from the first tie to which one responds.
 //
-// Impulses of contacts, springs and cables count with what the loops make of them: a body that
-// these push has rows Z = W L^-T more, W being the ties' response to an impulse on it, with which
-// its response is that without loops less Z^T Z. While such impulses are iterated, L z = u + ...
-// follows them: z += Z f, and the loops change the body's motion by -Z^T z. At the end p = -L^-T z
-// acts on the trees. So a heavy ball on a light net is stopped by one impulse, not by a thousand.
+// Impulses of contacts, springs and cables act through the response with closed loops. A body that
+// they push has further rows Z = W L^-T, where W is the ties' response to an impulse on it; with
+// closed loops its response is W_0 - Z^T Z, W_0 being that without loops. While such impulses are
+// iterated, z follows them by z += Z f, and the loops change the body's motion by -Z^T z. At the
+// end p = -L^-T z acts on the trees. So one impulse stops a heavy ball on a light net, not a
+// thousand.
 //
 // Blocks are of three rows and three columns; rows of a block lie side by side, filled up to four.
 #include <algorithm>
@@ -22,10 +23,10 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Of the response of a rigid tie: where nothing can give way, the tie does.
+/// Regularisation, as a fraction of the response of a rigid tie: singular loops stay solvable.
 constexpr Real kYield = 1e-7;
-/// Of the inertia of a body: what pulls at it resists its turning only where that, over a substep,
-/// is more.
+/// Geometric stiffness is added only where, over a substep, it exceeds this fraction of the body's
+/// inertia.
 constexpr Real kTaut = 1;
 /// Of the mass of a body, on which something fixed presses.
 constexpr Real kFixedMass = 1e3;

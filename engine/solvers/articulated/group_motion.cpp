@@ -8,8 +8,8 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// m: a body may miss where its velocity leads by so much, in a substep.
-constexpr Real kEnough = 1e-5;
+/// m, in a substep: tolerance between the integrated pose and the pose that the joints allow.
+constexpr Real kPoseTolerance = 1e-5;
 constexpr int kMostRounds = 4;
 /// Of the gaps that loops may keep: those for which their equations are solved once more.
 constexpr Real kNearlyClosed = 1.5;
@@ -152,7 +152,7 @@ void push_towards_goals(const Group& g, const GroupTree& t) {
 void close_joints(const Group& g, const GroupTree& t, const Moved& to) {
   place_by_joints(g, t, to);
   Miss miss = miss_of(g, t);
-  for (int round = 0; round < kMostRounds && miss.largest > kEnough; ++round) {
+  for (int round = 0; round < kMostRounds && miss.largest > kPoseTolerance; ++round) {
     push_towards_goals(g, t);
     // Linear, so that no body turns far.
     turn_by(g, t, kFarthestTurn / std::max(kFarthestTurn, respond_to_impulses(g, t)));

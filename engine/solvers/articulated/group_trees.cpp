@@ -51,7 +51,7 @@ Mat3 mobility_of(const GroupNode& n, Quat parent) {
   return compliance_of(n.whole.tt + n.spring, free, count);
 }
 
-/// What the parent of a body is given of its inertia, at the parent's joint.
+/// Adds the articulated inertia that a body passes on to its parent, at the parent's joint.
 void add_inertia(SpatialInertia& parent, const GroupNode& n) {
   const Mat3 turned = n.whole.ft * n.mobility;
   const Mat3 ff = n.whole.ff - turned * glm::transpose(n.whole.ft);
@@ -98,10 +98,11 @@ Following operator*(const Following& x, const Following& y) {
           x.wv * y.vw + x.ww * y.ww};
 }
 
-/// Rounding errors that are not symmetric would grow from joint to joint.
+/// Made symmetric: rounding errors that are not would grow from joint to joint.
 Mat3 symmetric(const Mat3& m) { return 0.5 * (m + glm::transpose(m)); }
 
-/// The response of a body: that of its joint with the parent held, and what the parent gives way.
+/// The response of a body: the response with the parent fixed, plus what the parent's own response
+/// passes on.
 void find_response(const Group& g, GroupNode& n) {
   n.response = {Mat3(0), Mat3(0), n.mobility};
   if (n.parent == kNoNode) return;

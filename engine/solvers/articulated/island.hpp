@@ -365,16 +365,16 @@ struct IslandMemory {
   std::vector<JointMemory> joint_memory;  // by column, as `joints`
   int calm_steps = 0;
   int iterating = 0;  // steps that iterate from the start, since guessing the active set failed
-  int projected_steps = 0;   // still to be taken so, since the energy-momentum method failed
-  Real quiet_time = 0;       // s, with all speeds below the sleep speed
-  std::vector<Pose> rests;   // by column, of what is solid: where bodies were when last moved away
-  Real rest_time = 0;        // s, since then
-  bool rested = false;       // before that they had not moved away for long
-  bool asleep = false;       // asleep until something wakes it
-  Vec3 asleep_gravity{0};    // gravity when it fell asleep, m/s^2
-  bool fresh = true;         // no step was taken yet, or the state was reset
-  Real last_step = 0;        // s
-  Real reserve = 0;          // J, recent numerical losses, which the limiter allows to return
+  int projected_steps = 0;  // still to be taken so, since the energy-momentum method failed
+  Real quiet_time = 0;      // s, with all speeds below the sleep speed
+  std::vector<Pose> rests;  // by column, of what is solid: where bodies were when last moved away
+  Real rest_time = 0;       // s, since then
+  bool rested = false;      // ... and the interval before that one was long enough to count as rest
+  bool asleep = false;      // asleep until something wakes it
+  Vec3 asleep_gravity{0};   // gravity when it fell asleep, m/s^2
+  bool fresh = true;        // no step was taken yet, or the state was reset
+  Real last_step = 0;       // s
+  Real reserve = 0;         // J, recent numerical losses, which the limiter allows to return
   bool has_targets = false;  // targets of roots and pins are known from the last step
   bool driven = false;       // one of its anchors moved in the last step
   // Of solvers that do not conserve energy: bound on the energy, and scale of the motion.

@@ -26,7 +26,7 @@ constexpr Real kShortest = 1e-3;
 /// What a symplectic integrator makes between blows and gives back, over what it may make for good.
 constexpr Real kReturned = 10;
 /// Energy that may stay unpaid in a step, relative to all weight falling by the size of the island.
-constexpr Real kRounding = 1e-10;
+constexpr Real kUnpaidEnergy = 1e-10;
 /// Of its kinetic energy, what the projection may add to that of a free island.
 constexpr Real kFreeGain = 1e-9;
 
@@ -316,7 +316,7 @@ bool pay_projection(Island& m, Real before) {
   if (now <= due) return true;
   Real weight = 0;
   for (std::size_t b = 0; b < m.count(); ++b) weight += glm::length(scratch.force[2 * b]);
-  if (due < -kRounding * weight * m.size && m.rescues == 0) return false;
+  if (due < -kUnpaidEnergy * weight * m.size && m.rescues == 0) return false;
   const Real part = due > 0 ? std::sqrt(due / now) : 0;
   for (std::size_t b = 0; b < m.count(); ++b) {
     scratch.state.v[b] *= part, scratch.state.w[b] *= part;

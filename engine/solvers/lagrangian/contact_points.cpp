@@ -10,7 +10,8 @@
 namespace pantin::detail::lagrangian {
 namespace {
 
-/// Of the response that the two bodies would have without joints: with less the contact is theirs.
+/// Fraction of the response that the two bodies would have without joints: below it the contact is
+/// left to the joints.
 constexpr Real kLeastResponse = 1e-9;
 /// How near a bound may be for contacts to bring it there: at the fastest speed, in steps; m or
 /// rad.

@@ -27,7 +27,7 @@ constexpr Real kProbeFactor = 4;
 /// Pivots below this fraction of the scale are suspect.
 constexpr Real kSuspectPivot = 1e-4;
 /// Of forces: smaller residuals of rows are rounding.
-constexpr Real kRounding = 1e-9;
+constexpr Real kForceRounding = 1e-9;
 constexpr int kRefinements = 8;
 
 /// Factors with this regularisation. False: a row of a tree is dependent.
@@ -294,7 +294,8 @@ Real solve(Island& m, const Known& known, const Unknowns& found, Real tolerance)
   }
   // What is rounding of the forces contradicts nothing, however little moves; nor is that of what
   // turning bodies need.
-  const Real part = row_residual / std::max(requested, kRounding * std::max(given, turning(m)));
+  const Real part =
+      row_residual / std::max(requested, kForceRounding * std::max(given, turning(m)));
   if (part > scratch.worst_relative_residual) {
     scratch.worst_relative_residual = part;
     for (std::uint32_t i = 0; i < m.blocks.size(); ++i)

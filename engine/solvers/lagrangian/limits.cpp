@@ -432,7 +432,7 @@ bool advance_among_limits(World& world, Island& m, Real h) {
       if (part < length && !attempt(part)) return false;
       freed = until_let_go(world, m, {done, part, h}, attempt);
       if (freed > 0) length = freed;
-      // What pulls from the start lets go there, whatever it did later.
+      // A contact whose multiplier is tensile at the start of the step is released there.
       if (freed == 0 && part < length && attempt(part)) give_way(m);
       if (freed == 0 && !take()) return false;
     }

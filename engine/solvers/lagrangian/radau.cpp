@@ -36,9 +36,9 @@ constexpr Real kLeft = 0.02, kRounding = 1e-14;
 constexpr Real kRoundingOfSolves = 1e-11;
 /// Corrections below this part may grow again where rounding is large (spins of thin bodies about
 /// their axes) or rates off the joints are (loops that lose rank): the stages before are kept.
-constexpr Real kSmall = 1e-7;
+constexpr Real kSmallCorrection = 1e-7;
 /// Longest step, in parts of the last one, that accelerations are extrapolated over.
-constexpr Real kFarthest = 4;
+constexpr Real kLongestExtrapolation = 4;
 
 using Stages = std::vector<Vec3>;
 
@@ -98,7 +98,7 @@ std::array<Real, 3> weights_at(Real s) {
 void guess_stages(Island& m, Real h) {
   PANTIN_ASSERT(m.stage_accelerations.size() == 6 * m.count());
   CollocationScratch& s = m.scratch.collocation;
-  const bool known = !m.fresh && m.stage_step > 0 && h <= kFarthest * m.stage_step;
+  const bool known = !m.fresh && m.stage_step > 0 && h <= kLongestExtrapolation * m.stage_step;
   std::array<Real, 3> w[3];
   for (int i = 0; i < 3; ++i) w[i] = weights_at(1 + kC[i] * h / m.stage_step);
   for (std::size_t b = 0; b < m.count(); ++b)
@@ -193,7 +193,7 @@ bool solve_stages(const Attempt& a) {
     ++a.m.iterations;
     if (!std::isfinite(size)) return false;
     const Real scale = std::max(Real(1), largest(s.stage[2])), ratio = size / before;
-    if (to_rounding && ratio >= 1 && before <= kSmall * scale) return true;
+    if (to_rounding && ratio >= 1 && before <= kSmallCorrection * scale) return true;
     correct_stages(s);
     const Real goal = std::max(kLeft * a.tolerance, kRounding * scale);
     if (size <= goal || (n > 0 && ratio < 1 && size * ratio <= goal * (1 - ratio))) return true;

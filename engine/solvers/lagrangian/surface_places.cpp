@@ -1,7 +1,8 @@
 // Where surfaces touch: which pairs are followed, when all are looked at again, what ends them.
 //
-// What may lift off has several places, each a pair of least gap and a row of its own, bearing or
-// not: one that comes nearer is met in time. What a search finds is new only if no place has it.
+// A surface joint that may lift off tracks several local minima of the gap. Each has a row of its
+// own, active or not, so that a minimum that comes nearer is met in time. A minimum that a search
+// finds is new only if none of those that are tracked is the same.
 #include <algorithm>
 #include <limits>
 
@@ -112,7 +113,7 @@ void search(const Spots& s, const Pose& at, Real h) {
   for (std::size_t n = 0; n < s.count; ++n) s.memory(n).is_far = !s.memory(n).known;
 }
 
-/// Places off their surfaces are forgotten; the first begins where the joint says.
+/// Drops minima that left their surfaces; the first one starts at the joint's initial guess.
 void begin(const Spots& s) {
   const SurfaceContact& c = s.contact();
   for (std::size_t n = 0; n < s.count; ++n) {

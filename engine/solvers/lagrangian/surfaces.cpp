@@ -23,7 +23,7 @@ namespace {
 using nurbs::ContactStatus;
 
 /// Gap of surfaces that are not near one another, m.
-constexpr Real kFar = 1e3;
+constexpr Real kGapWhereApart = 1e3;
 
 using Pair = nurbs::CommonNormal;
 
@@ -240,7 +240,7 @@ void write_surface(const World& world, Island& m, std::size_t block, Want want) 
     if (roll) clear_rows(m, *roll);
     scratch.c[b.first_row] = gap;
   };
-  if (memory.is_over() || !memory.known) return bind_nothing(kFar);
+  if (memory.is_over() || !memory.known) return bind_nothing(kGapWhereApart);
   const Contact3 k = contact_at(world, m, b);
   Pair now;
   // Surfaces apart that are not followed further are as far as they were.

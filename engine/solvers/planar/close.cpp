@@ -23,8 +23,8 @@ int rows_of(const PlaneJoint& joint) {
 namespace {
 
 constexpr int kMostIterations = 48;
-constexpr Real kMostTurn = 0.5;  // rad, of a body in an iteration
-constexpr Real kClosed = 1e-13;  // of the size of the joints
+constexpr Real kMostTurn = 0.5;          // rad, of a body in an iteration
+constexpr Real kClosedResidual = 1e-13;  // of the size of the joints
 
 Real cross(Vec3 a, Vec3 b) { return a.x * b.y - a.y * b.x; }
 
@@ -320,7 +320,7 @@ void count_gears(const World& world, Planar& all) {
 void close(const World& world, Planar& all, Real h) {
   StepScratch& s = all.scratch;
   s.nows.assign(kMostPlaces * all.curves.size(), {});
-  const Real enough = kClosed * size_of(all);
+  const Real enough = kClosedResidual * size_of(all);
   for (Mechanism& of : all.mechanisms) {
     if (of.moved) continue;
     find_rows(world, all, of);

@@ -235,7 +235,7 @@ void carry_over(const Planar& was, Planar& all) {
   }
   PANTIN_ASSERT(all.loads.size() == all.links.size() + all.pins.size());
   all.near = was.near;
-  for (Touch t : was.touches) {
+  for (PlaneContact t : was.touches) {
     t.a = now[t.a], t.b = now[t.b];
     if (t.a != kNobody && t.b != kNobody) all.touches.push_back(t);
   }

@@ -27,7 +27,7 @@ void press(Planar& all, const FlatCurve& c, const PlaceNow& at) {
 void find_touched(Planar& all) {
   PANTIN_ASSERT(all.mechanism_of.size() == all.bodies.size() + 1);
   for (Mechanism& of : all.mechanisms) of.touched = false;
-  for (const Touch& t : all.touches)
+  for (const PlaneContact& t : all.touches)
     for (const std::uint32_t body : {t.a, t.b})
       if (const std::uint32_t at = all.mechanism_of[body]; at != kNobody)
         all.mechanisms[at].touched = true;

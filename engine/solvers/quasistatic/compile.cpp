@@ -31,7 +31,9 @@ void compile(World& world, std::span<const IslandPlan> plans) {
     const std::size_t fingers = m.unfit ? 0 : laminas_of(world)[m.body].fingers.size();
     const auto gone = [&](const modes::Touch& t) { return t.finger >= fingers; };
     if (std::any_of(m.motion.touches.begin(), m.motion.touches.end(), gone)) m.motion = {};
-    const auto unknown = [&](const planar::Touch& t) { return std::max(t.a, t.b) > fingers; };
+    const auto unknown = [&](const planar::PlaneContact& t) {
+      return std::max(t.a, t.b) > fingers;
+    };
     std::erase_if(m.touches, unknown);
   }
 }
