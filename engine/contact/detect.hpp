@@ -44,7 +44,7 @@ void sense(World& world);
 Real extent_of(const Shapes& shapes);
 
 /// One of the two bodies of a contact, and how it stands, from its axes to the world's.
-struct Touching {
+struct BodyOfContact {
   enum class Side : std::uint8_t { a, b } side;
   Quat rotation;
 };
@@ -70,7 +70,7 @@ struct TouchedPlace {
   /// Whether this is a point of the body on the circle of `rim`.
   bool lies_on(const TouchedPlace& rim) const;
 };
-TouchedPlace touched_place(const World& world, const Contact& contact, const Touching& at);
+TouchedPlace touched_place(const World& world, const Contact& contact, const BodyOfContact& at);
 
 /// Whether a body without a solver moves (a kinematic body).
 bool moves(const Body& b);

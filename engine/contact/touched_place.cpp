@@ -53,8 +53,8 @@ Real rounding_of(const Shape& s, const Rolling& at) {
   return core ? core->radius : 0;
 }
 
-TouchedPlace touched_place(const World& world, const Contact& c, const Touching& at) {
-  const bool is_a = at.side == Touching::Side::a;
+TouchedPlace touched_place(const World& world, const Contact& c, const BodyOfContact& at) {
+  const bool is_a = at.side == BodyOfContact::Side::a;
   const std::uint32_t slot = is_a ? c.slot_a : c.slot_b;
   const Vec3 point = is_a ? c.point_a : c.point_b, normal = is_a ? -c.normal : c.normal;
   PANTIN_ASSERT(slot < world.bodies.size() && is_unit(normal));

@@ -186,7 +186,7 @@ GroupContact gather_contact(const World& world, std::uint32_t number, const Isla
   f.contact = number;
   set_axes(f.axes, c.normal);
   // Round shapes are touched below their core, however they turn; corners turn with the body.
-  using Side = contact::Touching::Side;
+  using Side = contact::BodyOfContact::Side;
   f.on_a = contact::touched_place(world, c, {Side::a, a.pose.rotation});
   f.on_b = contact::touched_place(world, c, {Side::b, b.pose.rotation});
   f.friction = c.friction, f.restitution = c.restitution, f.rest = c.rest;

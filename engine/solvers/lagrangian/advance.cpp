@@ -60,7 +60,7 @@ bool integrate(const World& world, Island& m, const Span& span, const Integrator
   PANTIN_ASSERT(!(span.h < 0) && span.whole > 0);
   m.scratch.lost_touch = UINT32_MAX, m.scratch.part_h = span.h;
   set_grips(m, m.mean_lambda);
-  for (TouchMemory& touch : m.touches)
+  for (SurfaceMemory& touch : m.touches)
     if (!by.projection_moves && !by.projection_presses) touch.projected = 0;
   const bool done = by.step(world, m, span);
   ++m.substeps;

@@ -75,7 +75,7 @@ ContactPoint make_point(const World& world, std::uint32_t number, Real h) {
   PANTIN_ASSERT(is_unit(c.normal));
   set_axes(p, c.normal);
   const std::uint32_t slot[2] = {c.slot_a, c.slot_b};
-  using Side = contact::Touching::Side;
+  using Side = contact::BodyOfContact::Side;
   for (int s = 0; s < 2; ++s) {
     // The normal is that at the start of the step.
     const Owner owner = owner_of(partition_of(world), slot[s]);

@@ -40,7 +40,7 @@ void find_initial_accelerations(const World& world, Island& m, const Span& span)
   write_joint_force_rows(world, m, m.mean_lambda, {0, 0, Slope::tangent});
   std::fill(scratch.weights.begin(), scratch.weights.end(), 0.0);
   scratch.springs_active = false;
-  for (TouchMemory& touch : m.touches) touch.projected = 0;
+  for (SurfaceMemory& touch : m.touches) touch.projected = 0;
   accelerate(world, m, span.fraction(0), span.whole);
   scratch.springs_active = true;
   for (std::size_t i = 0; i < m.blocks.size(); ++i)

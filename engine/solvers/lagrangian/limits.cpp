@@ -59,7 +59,7 @@ void rub(Island& m, const std::vector<Real>& bias) {
   StepScratch& scratch = m.scratch;
   scratch.part_h = 0;
   aim_slips(m);
-  for (TouchMemory& touch : m.touches) touch.projected = 0;
+  for (SurfaceMemory& touch : m.touches) touch.projected = 0;
   std::fill(scratch.momenta.begin(), scratch.momenta.end(), Vec3(0));
   std::fill(scratch.step_lambda.begin(), scratch.step_lambda.end(), 0.0);
   set_grips(m, scratch.step_lambda);

@@ -142,7 +142,7 @@ bool start(const World& world, Island& m, Real h) {
   count_turns(world, m, m.counted ? CountFrom::last : CountFrom::nearest);
   m.counted = true;
   write_all_rows(world, m, {true, true});
-  for (Touch& touch : m.scratch.state.touches) touch.slip = 0;
+  for (SurfaceCoordinates& touch : m.scratch.state.touches) touch.slip = 0;
   begin_active_set(world, m);
   if (m.unilateral && !m.rubs) resolve_impacts(world, m, Impact::inelastic);
   std::fill(m.mean_lambda.begin(), m.mean_lambda.end(), 0.0);

@@ -39,7 +39,7 @@ Real largest(std::span<const Real> forces) {
 
 /// How fast the two bodies come apart at a pair, m/s, at the rows of now.
 Real opening_speed(const Island& m, const Block& b) {
-  const TouchFound& found = m.scratch.touching[b.first_place];
+  const SurfaceFound& found = m.scratch.touching[b.first_place];
   const auto velocity = [&](std::size_t k, Vec3 point) {
     const BodyState& at = m.scratch.body_states[b.body[k]];
     return at.velocity + glm::cross(at.angular_velocity, point - at.position);
@@ -109,7 +109,7 @@ bool set_back(const World& world, Island& m, const Span& span) {
   if (!row_of(m.settings.integrator).projection_moves) return true;
   bool any = false;
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
-    TouchFound* found = may_lift(m, i) ? &scratch.touching[m.blocks[i].first_place] : nullptr;
+    SurfaceFound* found = may_lift(m, i) ? &scratch.touching[m.blocks[i].first_place] : nullptr;
     if (!found) continue;
     found->is_set_back = is_within(m, i) && found->opened >= -kClosingSpeed &&
                          opening_speed(m, m.blocks[i]) >= -kClosingSpeed;
