@@ -1,6 +1,9 @@
 #pragma once
-/// What PANTIN_ASSERT asks of vectors, rotations and matrices. What is not a number passes: it
-/// comes from the state, and is reported with its body in every build.
+/// What PANTIN_ASSERT asks of vectors, rotations, ranges and indices. What is not a number passes:
+/// it comes from the state, and is reported with its body in every build.
+#include <cstddef>
+#include <cstdint>
+
 #include "engine/base/check.hpp"
 #include "engine/base/math.hpp"
 
@@ -23,6 +26,15 @@ inline bool is_positive(Vec3 v) { return is_positive(v.x) && is_positive(v.y) &&
 inline bool is_range(Real low, Real high) { return !(low > high); }
 inline bool is_range(Vec3 low, Vec3 high) {
   return is_range(low.x, high.x) && is_range(low.y, high.y) && is_range(low.z, high.z);
+}
+
+/// Whether elements [first, first + count) are part of an array of `size`.
+inline bool is_part(std::size_t first, std::size_t count, std::size_t size) {
+  return first <= size && count <= size - first;
+}
+/// Whether an index is UINT32_MAX, which means none, or below `size`.
+inline bool is_index_or_none(std::uint32_t i, std::size_t size) {
+  return i < size || i == UINT32_MAX;
 }
 
 }  // namespace pantin::detail

@@ -94,6 +94,7 @@ std::size_t list_others(const Finder& s, Search& search) {
   RestingColliders& r = search.resting;
   search.shapes.clear(), search.colliders.clear(), search.boxes.clear();
   search.obstacles.clear(), search.sensors = 0;
+  PANTIN_ASSERT(r.known.size() == s.world.bodies.size() && r.poses.size() == r.known.size());
   std::size_t unknown = 0;
   const auto bodies = s.world.bodies.values();
   for (std::uint32_t slot = 0; slot < bodies.size(); ++slot) {
@@ -112,6 +113,7 @@ std::size_t list_others(const Finder& s, Search& search) {
 }  // namespace
 
 bool bound_shape(ColliderShape& at) {
+  PANTIN_ASSERT(at.shape);
   const Vec3 p = at.pose.position;
   if (!is_finite(at.pose) || !is_unit(at.pose) || !(glm::dot(p, p) < kFarthest * kFarthest))
     return false;
@@ -126,6 +128,7 @@ Real Finder::reach_of(std::uint32_t slot) const { return std::max(Real(0), reach
 bool Finder::is_moved(std::uint32_t slot) const { return feels_contacts(partition, slot); }
 
 bool Finder::rests(std::uint32_t slot) const {
+  PANTIN_ASSERT(slot < reach.size());
   if (is_moved(slot)) return keeps && reach[slot] < 0;
   if (reach[slot] > 0) return false;
   const Body& b = world.bodies.values()[slot];
@@ -142,6 +145,8 @@ void list_colliders(const Finder& s, Search& search) {
     list_resting(s, r);
     list_others(s, search);
   }
+  PANTIN_ASSERT(search.boxes.size() == search.colliders.size());
+  PANTIN_ASSERT(search.obstacles.boxes.size() == search.obstacles.shapes.size());
   update_tree(search.obstacles.tree, search.obstacles.boxes);
 }
 

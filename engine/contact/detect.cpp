@@ -86,6 +86,7 @@ void list_pairs(const WayFinder& s, Search& search) {
     return two_solvers || c.collision->others || c.collision->self;
   };
   if (std::none_of(search.colliders.begin(), search.colliders.end(), asks)) return;
+  PANTIN_ASSERT(search.boxes.size() == search.colliders.size());
   update_tree(search.tree, search.boxes);
   for (std::uint32_t i = 0; i < search.colliders.size(); ++i) {
     const Collider& a = search.colliders[i];
@@ -154,6 +155,7 @@ void add_core_contact(const WayFinder& s, Search& search, const ColliderShape& a
                       const ColliderShape& b) {
   if (search.points.empty() || s.reach_of(a.slot) < a.extent || traits_of(a.shape->kind).is_round)
     return;
+  PANTIN_ASSERT(search.found.back().slot_a == a.slot && search.found.back().slot_b == b.slot);
   const Real radius = inner_radius(*a.shape);
   if (!(radius > 0)) return;
   ContactPoint core =
@@ -168,6 +170,7 @@ void add_core_contact(const WayFinder& s, Search& search, const ColliderShape& a
 
 void collide_shapes(const WayFinder& s, Search& search, const ColliderShape& a,
                     const ColliderShape& b) {
+  PANTIN_ASSERT(a.slot != b.slot && can_move(a.shape->kind));
   const bool bounded = !is_unbounded(b.shape->kind);
   const Real extent = bounded ? glm::min(a.extent, b.extent) : a.extent;
   const Real margin = s.reach_of(a.slot) + s.reach_of(b.slot) + kContactSlop * extent;
@@ -194,6 +197,7 @@ void collide_obstacles(const WayFinder& s, Search& search, const ColliderShape& 
 
 /// What is kept of a resting shape, as it is now. False where it is no longer there.
 bool look_up(const WayFinder& s, const Search& search, ColliderShape& at) {
+  PANTIN_ASSERT(at.slot < search.resting.known.size());
   if (!search.resting.known[at.slot]) return false;
   const Entity e = s.world.bodies.owners()[at.slot];
   const Shapes* shapes = s.world.shapes.find(e);
@@ -242,14 +246,18 @@ void strike_resting(const WayFinder& s, Search& search, const ColliderShape& b) 
 
 void find_points(const WayFinder& s, Search& search) {
   search.found.clear();
-  for (const Collider& c : search.colliders)
+  for (const Collider& c : search.colliders) {
+    PANTIN_ASSERT(is_part(c.first, c.count, search.shapes.size()));
     for (std::uint32_t p = c.first; p < c.first + c.count; ++p) {
       collide_obstacles(s, search, search.shapes[p]);
       if (!c.rests) collide_resting(s, search, search.shapes[p]);
     }
+  }
   for (const ColliderShape& b : search.obstacles.unbounded) strike_resting(s, search, b);
   for (const ColliderShape& b : search.obstacles.shapes) strike_resting(s, search, b);
   for (const std::uint64_t pair : search.pairs) {
+    PANTIN_ASSERT((pair >> 32) < search.colliders.size() &&
+                  (pair & 0xffffffff) < search.colliders.size());
     const Collider &a = search.colliders[pair >> 32], &b = search.colliders[pair & 0xffffffff];
     for (std::uint32_t p = a.first; p < a.first + a.count; ++p)
       for (std::uint32_t q = b.first; q < b.first + b.count; ++q)
@@ -268,6 +276,14 @@ void find_points(const WayFinder& s, Search& search) {
 
 auto order(const Contact& c) { return std::tie(c.slot_a, c.slot_b, c.key); }
 
+/// Whether contacts are sorted, each of its key once.
+[[maybe_unused]] bool are_in_order(const std::vector<Contact>& contacts) {
+  return std::adjacent_find(contacts.begin(), contacts.end(),
+                            [](const Contact& c, const Contact& d) {
+                              return !(order(c) < order(d));
+                            }) == contacts.end();
+}
+
 /// What a contact had in the step before.
 void take_over(Contact& c, const Contact& was) {
   c.lambda = was.lambda, c.sliding = was.sliding, c.impact = was.impact, c.rest = was.rest;
@@ -279,6 +295,7 @@ void take_over(Contact& c, const Contact& was) {
 /// their numbers while nothing moves.
 void match_rest(Memory& memory, std::size_t from) {
   std::vector<Contact>& contacts = memory.contacts;
+  PANTIN_ASSERT(from <= memory.contacts.size());
   std::vector<Contact>& before = memory.scratch.before;
   if (from == contacts.size()) return;
   const auto pair = [](const Contact& c) { return std::tie(c.slot_a, c.slot_b); };
@@ -348,6 +365,7 @@ void store_contacts(const WayFinder& s, Search& search) {
   }
   match_rest(memory, first);
   keep_until(nullptr);
+  PANTIN_ASSERT(are_in_order(contacts));
 }
 
 }  // namespace
@@ -417,6 +435,7 @@ void detect(World& world, Real h, const ContactFilter* filter) {
   PANTIN_ASSERT(is_positive(h));
   DetectScratch& scratch = world.memory.of<Memory>().scratch;
   const Partition& partition = partition_of(world);
+  PANTIN_ASSERT(scratch.reach.size() >= world.bodies.size());
   scratch.ends.clear();
   for (std::uint32_t slot : partition.kinematic) {
     Body& b = world.bodies.values()[slot];
@@ -436,6 +455,8 @@ void detect(World& world, Real h, const ContactFilter* filter) {
     for (StartPose& start : scratch.starts)
       std::swap(world.bodies.values()[start.slot].pose, start.pose);
   };
+  for ([[maybe_unused]] const StartPose& start : scratch.starts)
+    PANTIN_ASSERT(start.slot < world.bodies.size() && owner_of(partition, start.slot));
   scratch.has_fallen.assign(world.bodies.size(), 0);
   for (const StartPose& start : scratch.starts) scratch.has_fallen[start.slot] = 1;
   swap_starts();
@@ -444,6 +465,7 @@ void detect(World& world, Real h, const ContactFilter* filter) {
   auto end = scratch.ends.begin();
   for (std::uint32_t slot : partition.kinematic)
     if (Body& b = world.bodies.values()[slot]; moves(b)) b.pose = *end++;
+  PANTIN_ASSERT(end == scratch.ends.end());
 }
 
 }  // namespace pantin::detail::contact

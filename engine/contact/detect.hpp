@@ -2,6 +2,7 @@
 /// Contact detection.
 #include <span>
 
+#include "engine/base/invariants.hpp"
 #include "engine/base/math.hpp"
 #include "engine/contact/contact.hpp"
 #include "engine/geometry/shape.hpp"
@@ -43,7 +44,7 @@ void sense(World& world);
 Real extent_of(const Shapes& shapes);
 
 /// One of the two bodies of a contact, and how it stands, from its axes to the world's.
-struct Touching {
+struct BodyOfContact {
   enum class Side : std::uint8_t { a, b } side;
   Quat rotation;
 };
@@ -59,6 +60,7 @@ struct TouchedPlace {
   Vec3 at(Quat rotation, Vec3 outward) const {
     Vec3 place = rotation * core + radius * outward;
     if (circle == 0) return place;
+    PANTIN_ASSERT(is_unit(axis) && is_unit(outward));
     const Vec3 about = rotation * axis, across = outward - glm::dot(outward, about) * about;
     const Real length = glm::length(across);
     return length > 0 ? place + circle / length * across : place;
@@ -68,7 +70,7 @@ struct TouchedPlace {
   /// Whether this is a point of the body on the circle of `rim`.
   bool lies_on(const TouchedPlace& rim) const;
 };
-TouchedPlace touched_place(const World& world, const Contact& contact, const Touching& at);
+TouchedPlace touched_place(const World& world, const Contact& contact, const BodyOfContact& at);
 
 /// Whether a body without a solver moves (a kinematic body).
 bool moves(const Body& b);

@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "engine/base/invariants.hpp"
 #include "engine/base/rotation.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/geometry/convex.hpp"
@@ -25,6 +26,7 @@ void NearPairs::begin() {
 }
 
 NearPair& NearPairs::at(const ContactPair& pair, const ContactFilter* filter) {
+  PANTIN_ASSERT(pair.a.index < pair.b.index);
   const auto key = [](const auto& p) { return std::tuple(p.a.index, p.b.index); };
   auto found = std::lower_bound(list.begin(), list.end(), pair,
                                 [&](const auto& p, const auto& q) { return key(p) < key(q); });
@@ -51,6 +53,7 @@ Vec3 one_way(const World& world, Entity body) {
 
 bool is_let_pass(const Approach& from) {
   if (std::abs(from.facing) > kFromTheSide) return from.facing < 0;
+  PANTIN_ASSERT(is_range(from.low, from.high));
   return !(from.low > from.top - kSunk * (from.high - from.low));
 }
 
@@ -67,6 +70,7 @@ Quat to_y_from(Vec3 way) {
 /// From where to where a shape of a body is along a direction, m.
 Aabb extent_along(const World& world, std::uint32_t slot, std::uint64_t shape, const Quat& to_y) {
   const Entity e = world.bodies.owners()[slot];
+  PANTIN_ASSERT(shape < world.shapes[e].list.size());
   const Shape& s = world.shapes[e].list[shape];
   const Pose at = compose(world.bodies.values()[slot].pose, s.local);
   return bounds_of(s, compose(Pose{Vec3(0), to_y}, at));
@@ -103,6 +107,7 @@ ContactPair pair_of(const World& world, const FoundPoint& f) {
 /// Whether two bodies collide, by the points of theirs that are near.
 bool collide(const Finder& s, const Search& search, std::span<const std::uint32_t> points,
              const ContactFilter* filter) {
+  PANTIN_ASSERT(!points.empty());
   const World& world = s.world;
   const auto at = [&](std::uint32_t i) -> const FoundPoint& { return search.found[i]; };
   const FoundPoint& nearest =
@@ -128,6 +133,7 @@ bool collide(const Finder& s, const Search& search, std::span<const std::uint32_
 void add_ignored(const World& world, std::span<const std::uint64_t> ignored, NearPairs& near) {
   const auto owners = world.bodies.owners();
   for (const std::uint64_t pair : ignored) {
+    PANTIN_ASSERT((pair >> 32) < owners.size() && (pair & 0xffffffff) < owners.size());
     Entity a = owners[pair >> 32], b = owners[pair & 0xffffffff];
     if (one_way(world, a) == Vec3(0) && one_way(world, b) == Vec3(0)) continue;
     if (b.index < a.index) std::swap(a, b);
@@ -148,6 +154,7 @@ void drop_points(const Finder& s, Search& search, const ContactFilter* filter) {
            search.found[order[to]].slot_b == first.slot_b)
       ++to;
     if (!collide(s, search, std::span(order).subspan(from, to - from), filter)) continue;
+    PANTIN_ASSERT(kept <= from);
     for (std::size_t i = from; i < to; ++i) order[kept++] = order[i];
   }
   order.resize(kept);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "engine/base/invariants.hpp"
 #include "engine/base/rotation.hpp"
 #include "engine/contact/detect.hpp"
 #include "engine/contact/memory.hpp"
@@ -66,6 +67,7 @@ class Moving {
 };
 
 const ContactPoint& nearest_of(const std::vector<ContactPoint>& points) {
+  PANTIN_ASSERT(!points.empty());
   return *std::min_element(
       points.begin(), points.end(),
       [](const ContactPoint& p, const ContactPoint& q) { return p.gap < q.gap; });
@@ -103,6 +105,7 @@ struct Meeting {
 /// end of the step, so all the way, and they slide along it: what slides over a seam does not meet
 /// the side of the next tile. The points are then those with that normal, else undefined.
 bool passes_by(Meeting m, Real h, Vec3 at_start) {
+  PANTIN_ASSERT(is_unit(at_start));
   const Real near = kGrazes * m.size;
   m.find_at(kAhead * h);
   if (m.search.points.empty()) return false;
@@ -130,6 +133,7 @@ void follow_way(const WayFinder& s, Search& search, const ColliderShape& on_a,
                 const ColliderShape& on_b) {
   std::vector<ContactPoint>& points = search.points;
   if (!(s.h > 0) || points.empty() || !is_convex(*on_a.shape) || !is_convex(*on_b.shape)) return;
+  PANTIN_ASSERT(on_a.slot != on_b.slot);
   const Real size = std::min(on_a.extent, on_b.extent);
   const Real margin = s.reach_of(on_a.slot) + s.reach_of(on_b.slot) + kTouching * size;
   if (!(margin < kFarthest)) return;

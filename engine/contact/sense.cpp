@@ -6,6 +6,7 @@
 #include <optional>
 #include <tuple>
 
+#include "engine/base/invariants.hpp"
 #include "engine/contact/detect.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/geometry/kinds.hpp"
@@ -48,6 +49,7 @@ void list_sensors(const World& world, Search& search) {
     else
       search.bounded_sensors.push_back(number), search.sensor_boxes.push_back(at.box);
   });
+  PANTIN_ASSERT(search.sensor_boxes.size() == search.bounded_sensors.size());
   update_tree(search.sensor_tree, search.sensor_boxes);
 }
 
@@ -75,6 +77,7 @@ void sense_shape(const World& world, Memory& memory, const ColliderShape& sensor
   const ContactPoint& deepest =
       *std::min_element(search.points.begin(), search.points.end(),
                         [](const ContactPoint& p, const ContactPoint& q) { return p.gap < q.gap; });
+  PANTIN_ASSERT(deepest.gap <= 0);
   const auto owners = world.bodies.owners();
   memory.overlaps.push_back({owners[sensor.slot], owners[other.slot],
                              swaps ? deepest.on_a : deepest.on_b,
@@ -106,6 +109,7 @@ void sense(World& world) {
   list_sensors(world, search);
   each_shape(world, Role::solid, [&](const ColliderShape& at) {
     const auto look = [&](std::uint32_t number) {
+      PANTIN_ASSERT(number < search.sensor_shapes.size());
       sense_shape(world, memory, search.sensor_shapes[number], at);
     };
     for (const std::uint32_t number : search.unbounded_sensors) look(number);

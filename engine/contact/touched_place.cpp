@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 
+#include "engine/base/invariants.hpp"
 #include "engine/contact/detect.hpp"
 #include "engine/contact/on_the_way.hpp"
 #include "engine/world/world.hpp"
@@ -13,7 +14,7 @@ namespace {
 // A turned shape whose axis leans less, rad, stands on points that stay where they are on its rim.
 // Of one that leans more the lowest point goes around, 1 - cos from the farthest; points of the rim
 // beside it, by this cosine, are that one too, since it may come to where they are within the step.
-constexpr Real kUpright = 1e-3, kBeside = 0.5, kFarthest = 1e-9;
+constexpr Real kUpright = 1e-3, kBeside = 0.5, kOffFarthest = 1e-9;
 // Of the size; of the circle, of places that were found apart.
 constexpr Real kOnRim = 1e-6, kOnCircle = 1e-4;
 // The least square of the sine of a lean by which anything is divided.
@@ -31,12 +32,14 @@ bool is_on_rim(const Shape& s, Vec3 point, Vec3 outward) {
 }  // namespace
 
 Real TouchedPlace::rate_around(Quat rotation, Vec3 spin, Vec3 normal) const {
+  PANTIN_ASSERT(is_unit(axis) && is_unit(normal));
   const Vec3 about = rotation * axis, lean = about - glm::dot(about, normal) * normal;
   return glm::dot(normal, glm::cross(lean, glm::cross(spin, about))) /
          std::max(glm::dot(lean, lean), kLeastLean);
 }
 
 bool TouchedPlace::lies_on(const TouchedPlace& rim) const {
+  PANTIN_ASSERT(rim.circle > 0 && is_unit(rim.axis));
   const Vec3 from = core - rim.core;
   const Real along = glm::dot(from, rim.axis);
   return circle == 0 &&
@@ -50,10 +53,11 @@ Real rounding_of(const Shape& s, const Rolling& at) {
   return core ? core->radius : 0;
 }
 
-TouchedPlace touched_place(const World& world, const Contact& c, const Touching& at) {
-  const bool is_a = at.side == Touching::Side::a;
+TouchedPlace touched_place(const World& world, const Contact& c, const BodyOfContact& at) {
+  const bool is_a = at.side == BodyOfContact::Side::a;
   const std::uint32_t slot = is_a ? c.slot_a : c.slot_b;
   const Vec3 point = is_a ? c.point_a : c.point_b, normal = is_a ? -c.normal : c.normal;
+  PANTIN_ASSERT(slot < world.bodies.size() && is_unit(normal));
   const Vec3 outward = glm::conjugate(at.rotation) * normal;
   const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot]);
   const std::uint32_t index = is_a ? shape_of_a(c.key) : shape_of_b(c.key);
@@ -69,7 +73,7 @@ TouchedPlace touched_place(const World& world, const Contact& c, const Touching&
     const Quat back = glm::conjugate(s.local.rotation);
     const Real beside = glm::dot(out, lean), whole = circle * length;
     if (length > kUpright &&
-        (beside > (1 - kFarthest) * whole ||
+        (beside > (1 - kOffFarthest) * whole ||
          (beside > kBeside * whole && is_on_rim(s, back * from, back * outward))))
       return {s.local.position + middle, axis, circle, 0};
     return {point};

@@ -194,7 +194,8 @@ nurbs::WalkEnd cross_valley(const Touching& k, const Depth& depth, nurbs::Place 
   return {at, face.at(at.u, at.v), 0, false};
 }
 
-/// What a place of the skin has to be to count: within an angle (rad) of facing the other shape.
+/// Acceptance test of a point of the skin: its normal opposes that of the other shape within
+/// `angle`, rad.
 struct PlaceTouch {
   std::uint64_t feature;
   Real angle;

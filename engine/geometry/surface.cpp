@@ -110,20 +110,20 @@ void add_bounds(Surface& s) {
 
 /// What is wrong with a surface that should be the one that `made` is, or null.
 const char* differs(const Result<std::shared_ptr<const Surface>>& made, const Surface& s) {
-  return made && same_fields(**made, s) ? nullptr : "is no whole surface";
+  return made && same_fields(**made, s) ? nullptr : "is not a complete surface";
 }
 
 const char* check_hull(const Surface& s) {
-  constexpr const char* kWrong = "names a point or a face that is none";
+  constexpr const char* kWrong = "names a point or a face that does not exist";
   const auto below = [](const auto& list, std::size_t count) {
     for (const auto& pair : list)
       for (std::uint32_t index : pair)
         if (index >= count) return false;
     return true;
   };
-  if (s.points.size() < 4 || s.points.size() > 256 || s.faces.size() < 4) return "is no hull";
+  if (s.points.size() < 4 || s.points.size() > 256 || s.faces.size() < 4) return "is not a hull";
   for (Vec3 p : s.points)
-    if (!is_finite(p)) return "has a point that is no number";
+    if (!is_finite(p)) return "has a point that is not finite";
   for (std::uint32_t corner : s.corners)
     if (corner >= s.points.size()) return kWrong;
   for (const Face& f : s.faces)
@@ -143,13 +143,14 @@ const char* Surface::restored() {
     return nullptr;
   }
   if (columns > 0 || rows > 0) {
-    if (points.size() != static_cast<std::size_t>(columns) * rows) return "is no whole surface";
+    if (points.size() != static_cast<std::size_t>(columns) * rows)
+      return "is not a complete surface";
     std::vector<Real> heights;
     for (Vec3 p : points) heights.push_back(p.y);
     return differs(make_height_field({columns, rows, spacing_x, spacing_z, heights}), *this);
   }
   if (neighbours.empty()) return check_hull(*this);
-  if (corners.size() % 3 != 0) return "is no whole surface";
+  if (corners.size() % 3 != 0) return "is not a complete surface";
   std::vector<Triangle> triangles;
   for (std::size_t i = 0; i < corners.size(); i += 3)
     triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});

@@ -101,9 +101,10 @@ const char* Skin::restored() {
     return nullptr;
   }
   if (sources_.empty()) return "is a skin without faces";
-  if (!(tolerance_ >= 0) || !std::isfinite(tolerance_)) return "has a tolerance that is none";
+  if (!(tolerance_ >= 0) || !std::isfinite(tolerance_))
+    return "has a tolerance that is not finite or below 0";
   for (const Surface& s : sources_)
-    if (!errors_of(s, "surface").empty()) return "is no surface that can be evaluated";
+    if (!errors_of(s, "surface").empty()) return "is a surface that cannot be evaluated";
   *this = Skin(std::move(sources_), tolerance_);
   return nullptr;
 }

@@ -77,7 +77,7 @@ Wire::Wire(Curve curve) : curve_(std::move(curve)), size_(bounding_ball(curve_.p
 }
 
 const char* Wire::restored() {
-  if (!errors_of(curve_, "curve").empty()) return "is no curve that can be evaluated";
+  if (!errors_of(curve_, "curve").empty()) return "is a curve that cannot be evaluated";
   *this = Wire(std::move(curve_));
   return nullptr;
 }

@@ -116,7 +116,7 @@ Real add_guides(Findings& findings, const CableJoint& described, Cable& cable) {
   cable.joint.anchor_a = local(described.a, described.anchor_a);
   cable.joint.anchor_b = local(described.b, described.anchor_b);
   const auto route = route_of(cable, [&](Entity e) { return &world.bodies[e].pose; });
-  if (route.empty()) findings.add("over", "a body whose pose is none", "numbers");
+  if (route.empty()) findings.add("over", "a body whose pose is not finite", "finite numbers");
   if (!findings.ok()) return 0;
   if (const auto fault = fault_of(route))
     findings.add("over", fault->askew ? "two pulleys askew" : "places within one another",

@@ -118,23 +118,24 @@ std::string check_components(World& world) {
   });
   for (const Shapes& shapes : world.shapes.values())
     for (const Shape& shape : shapes.list)
-      if (shape.material >= world.materials.size()) wrong = "shapes name a material that is none";
+      if (shape.material >= world.materials.size())
+        wrong = "shapes name a material that does not exist";
   for (const MaterialPair& pair : world.material_pairs)
     if (pair.a >= world.materials.size() || pair.b >= world.materials.size())
-      wrong = "material_pairs name a material that is none";
+      wrong = "material_pairs name a material that does not exist";
   return wrong;
 }
 
 /// Checks what a step assumes of rotations and ranges; empty, or a description of the fault.
 std::string check_numbers(const World& world) {
   for (const Body& b : world.bodies.values())
-    if (!is_unit(b.pose)) return "bodies have a rotation that is none";
+    if (!is_unit(b.pose)) return "bodies have a rotation that is not a unit quaternion";
   for (const Shapes& shapes : world.shapes.values())
     for (const Shape& shape : shapes.list)
-      if (!is_unit(shape.local)) return "shapes have a rotation that is none";
+      if (!is_unit(shape.local)) return "shapes have a rotation that is not a unit quaternion";
   for (const Link& link : world.links.values()) {
     if (!is_unit(link.joint.frames.a()) || !is_unit(link.joint.frames.b()))
-      return "links have axes that are none";
+      return "links have axes that are not unit quaternions";
     const JointLimits& limits = link.joint.limits;
     for (const AngleLimit* limit : {&limits.angle, &limits.second})
       if (limit->on && !is_range(limit->low, limit->high))
@@ -148,11 +149,11 @@ std::string check_contacts(const World& world) {
   const auto order = [](const Contact& c) { return std::tie(c.slot_a, c.slot_b, c.key); };
   for (const Contact& c : contacts_of(world)) {
     if (c.slot_a >= world.bodies.size() || c.slot_b >= world.bodies.size())
-      return "contacts name a body that is none";
+      return "contacts name a body that does not exist";
     if (before && !(order(*before) < order(c))) return "contacts are out of order";
     if (!(is_finite(c.point_a) && is_finite(c.point_b) && is_finite(c.normal) &&
           is_unit(c.normal) && std::isfinite(c.gap) && c.friction >= 0 && c.restitution >= 0))
-      return "contacts hold a number that is none";
+      return "contacts hold a number that is not finite or out of range";
     before = &c;
   }
   return {};

@@ -80,7 +80,7 @@ void GroupBuilder::add_joint(Element<JointRecipe> e) {
   made_.joints.push_back(std::move(placed));
 }
 
-/// Whether a ratio counts the slide of a joint: as the file says, or the one freedom it has.
+/// Whether a gear counts the slide of a joint: as the file says, or the one freedom it has.
 /// Tells of a joint that cannot move so.
 bool GroupBuilder::slides(const std::optional<bool>& asked, std::uint32_t joint,
                           const Wanted& place) {

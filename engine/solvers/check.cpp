@@ -123,7 +123,9 @@ void list_impossible(const Plans& owners) {
   }
   for (std::size_t i = 0; i < world.links.size(); ++i)
     if (const Link& l = world.links.values()[i]; !is_sound(l.joint))
-      stop_both(world.links.owners()[i], "has an anchor or axes that are none", l.a, l.b);
+      stop_both(world.links.owners()[i],
+                "has an anchor that is not finite, or axes that are not unit quaternions", l.a,
+                l.b);
   for (std::size_t i = 0; i < world.links.size(); ++i)
     if (const Link& l = world.links.values()[i];
         l.joint.limits.any() && !are_sound(*l.joint.limits))
@@ -133,21 +135,26 @@ void list_impossible(const Plans& owners) {
     const Link& l = world.links.values()[i];
     if (l.joint.parameters.any() &&
         !(is_sound(l.joint.parameters->rotation) && is_sound(l.joint.parameters->translation)))
-      stop_both(world.links.owners()[i],
-                "has a spring, friction or a motor with a number that is none", l.a, l.b);
+      stop_both(
+          world.links.owners()[i],
+          "has a spring, friction or a motor with a number that is not finite or out of range", l.a,
+          l.b);
   }
   for (const Entity e : world.collisions.owners())
     if (const Shapes* shapes = world.shapes.find(e);
         shapes && !std::all_of(shapes->list.begin(), shapes->list.end(),
                                [](const Shape& shape) { return is_usable(shape); }))
       owners.partition.faults.push_back(
-          {e, "has a shape whose sizes or place are none", StructureFault::left_out, false});
+          {e, "has a shape whose sizes or place are not finite or out of range",
+           StructureFault::left_out, false});
   for (std::size_t i = 0; i < world.cables.size(); ++i)
     if (const Cable& s = world.cables.values()[i]; !is_sound(s))
-      stop_both(world.cables.owners()[i], "has a number that is none", s.a, s.b);
+      stop_both(world.cables.owners()[i], "has a number that is not finite or out of range", s.a,
+                s.b);
   for (std::size_t i = 0; i < world.pins.size(); ++i)
     if (const Pin& p = world.pins.values()[i]; !is_sound(p))
-      stop_both(world.pins.owners()[i], "has an anchor, a stiffness or a damping that is none",
+      stop_both(world.pins.owners()[i],
+                "has an anchor, a stiffness or a damping that is not finite or out of range",
                 p.body, p.to);
 }
 
@@ -287,7 +294,7 @@ const char* fault_of(const Body& b) {
   if (!is_mass(b.inertia)) return "has an inertia that is not three positive numbers";
   if (!std::isfinite(b.drag) || !std::isfinite(b.gravity_scale))
     return "has a drag or a gravity scale that is not finite";
-  if (!is_unit(b.pose)) return "has a rotation that is none";
+  if (!is_unit(b.pose)) return "has a rotation that is not a unit quaternion";
   return nullptr;
 }
 

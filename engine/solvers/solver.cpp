@@ -4,6 +4,7 @@
 #include <atomic>
 #include <new>
 
+#include "engine/base/check.hpp"
 #include "engine/solvers/check.hpp"
 #include "engine/solvers/takeover.hpp"
 
@@ -31,6 +32,8 @@ std::array<std::vector<IslandPlan>, kSolverCount> partition(World& world) {
   std::array<std::vector<IslandPlan>, kSolverCount> plans;
   const std::vector<Takeover>& taken = world.memory.of<Takeovers>().list;
   for (IslandPlan& plan : find_islands(world, row_of)) {
+    PANTIN_ASSERT(plan.solver < kSolverCount &&
+                  std::is_sorted(plan.slots.begin(), plan.slots.end()));
     const Entity first = world.bodies.owners()[plan.slots.front()];
     for (const Takeover& t : taken)
       if (t.body == first) plan.settings = t.by, plan.solver = row_of(t.by.solver);
@@ -111,6 +114,7 @@ void compile_if_changed(World& world) {
     note_what_comes(world, now);
     note_build(world, now);
   }
+  PANTIN_ASSERT(now.island.size() == world.bodies.size());
   for (const SolverRow* solver : kSolvers) solver->prepare(world);
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "engine/base/check.hpp"
 #include "engine/base/disjoint_sets.hpp"
 #include "engine/contact/detect.hpp"
 #include "engine/contact/memory.hpp"
@@ -62,6 +63,8 @@ SolverSettings asked_settings(const World& world, std::uint32_t island) {
   return asked;
 }
 
+[[maybe_unused]] bool is_no_row(std::uint8_t row) { return row >= kSolverCount; }
+
 /// The solvers that islands ask for. False: all solid ones ask for the same.
 bool list_asked(World& world, Lists& lists) {
   const Partition& partition = partition_of(world);
@@ -88,6 +91,7 @@ bool list_asked(World& world, Lists& lists) {
     if (const std::uint32_t island = partition.island[slot]; island != Owner::kNone)
       solid[lists.asked[island]] = true;
   }
+  PANTIN_ASSERT(std::none_of(lists.asked.begin(), lists.asked.end(), is_no_row));
   return solid[kPlanar] + solid[kLagrangian] + solid[kArticulated] > 1;
 }
 
@@ -124,6 +128,8 @@ void join_near(const World& world, Lists& lists) {
   const Partition& partition = partition_of(world);
   lists.sets.reset(partition.islands.size());
   lists.met.assign(partition.islands.size(), kNoSlot);
+  PANTIN_ASSERT(lists.boxes.size() == lists.shapes.size() &&
+                lists.asked.size() == partition.islands.size());
   contact::update_tree(lists.tree, lists.boxes);
   for (std::uint32_t i = 0; i < lists.shapes.size(); ++i) {
     const NearShape& a = lists.shapes[i];
@@ -162,6 +168,7 @@ void list_takeovers(const World& world, Lists& lists) {
   lists.list.clear();
   for (std::uint32_t i = 0; i < lists.asked.size(); ++i) {
     if (!lists.mixed[lists.sets.root(i)] || lists.asked[i] == kLagrangian) continue;
+    PANTIN_ASSERT(lists.first[i] != kNoSlot);
     Takeover t;
     t.body = world.bodies.owners()[lists.first[i]];
     if (lists.met[i] != kNoSlot) t.other = world.bodies.owners()[lists.met[i]];

@@ -32,8 +32,8 @@ constexpr FindingInfo kInfos[] = {
      "tolerance, for longer than a quarter of a second.",
      "Move its target more slowly, or take a shorter step."},
     {"gear_slipped", "rad or m",
-     "The coordinates that a ratio couples differ from it by more than 0.01 rad, or by more than a "
-     "thousandth of their mechanism's size.",
+     "The coordinates that a gear couples differ from its ratio by more than 0.01 rad, or by more "
+     "than a thousandth of their mechanism's size.",
      "Take a shorter step."},
     {"belt_slipped", "m",
      "A belt that cannot slip has run along a pulley by more than a thousandth of its length.",

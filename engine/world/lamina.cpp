@@ -41,7 +41,7 @@ const char* Lamina::restored() const {
     return "is a lamina without an outline around some area";
   if (fingers.size() > kMostFingers) return "is a lamina with more than 32 fingers";
   if (!std::all_of(fingers.begin(), fingers.end(), is_sound))
-    return "is a lamina with a finger that has a number that is none";
+    return "is a lamina with a finger that has a number that is not finite or out of range";
   return nullptr;
 }
 

@@ -61,7 +61,7 @@ std::string link_fault(const Flat& flat, std::uint32_t slot) {
       if (std::string why = flat_fault(link.joint, *path, anchor); !why.empty())
         return "has a joint that " + why;
   if (flat.world.joint_drives.find(flat.world.links.owners()[slot]))
-    return "has a joint with a pose drive, which the planar solver does not know";
+    return "has a joint with a joint drive, which the planar solver does not know";
   for (const Feature f : features_of(link.joint))
     if (!knows(Solver::planar, f))
       return std::string("has a joint with ") + name_of(f) +

@@ -50,7 +50,7 @@ const char* detail::settings_fault(const SolverSettings& s) {
     return "has solver settings with a damping ratio that is not from 0 to 1";
   for (const Real v : {s.rotation_stiffness, s.reservoir_time, s.sleep_speed, s.tolerance,
                        s.stall_drop, s.baumgarte, s.step_tolerance})
-    if (!(v >= 0)) return "has solver settings with a number that is negative or none";
+    if (!(v >= 0)) return "has solver settings with a number that is not at least 0";
   return nullptr;
 }
 

@@ -18,14 +18,14 @@ bool is_on(const ContactSurface& surface, const nurbs::Place& place) {
 
 const char* SurfaceContact::restored() const {
   for (const ContactSurface* one : {&on_a, &on_b}) {
-    if (!one->skin == !one->curve) return "has not one surface or curve on each side";
-    if (!is_unit(one->pose)) return "has a surface whose rotation is none";
+    if (!one->skin == !one->curve) return "has not exactly one surface or curve on each side";
+    if (!is_unit(one->pose)) return "has a surface whose rotation is not a unit quaternion";
   }
   if (on_b.curve && !on_a.curve) return "has a curve that meets no curve";
   if (known && !(is_on(on_a, at.a) && is_on(on_b, at.b))) return "has a place off its surfaces";
-  if (!std::isfinite(friction)) return "has a friction that is none";
+  if (!std::isfinite(friction)) return "has a friction that is not finite";
   if (spots < 1 || spots > kMostSpots || (spots > 1 && !lifts))
-    return "has a number of places that it cannot touch at";
+    return "has a number of contact places that is out of range";
   return nullptr;
 }
 

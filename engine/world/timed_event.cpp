@@ -13,12 +13,12 @@ using namespace detail;
 namespace {
 
 constexpr EventFault kFaults[] = {
-    {"from", "a number that is none or below 0", "a time from 0 on, in s"},
-    {"at", "a number that is none or below 0", "a time from 0 on, in s"},
+    {"from", "a number that is not finite or below 0", "a time from 0 on, in s"},
+    {"at", "a number that is not finite or below 0", "a time from 0 on, in s"},
     {"to", "a time before \"from\"", "a later one"},
     {"every", "a time below 1e-3 s that is not 0", "0, or 1e-3 s or more"},
     {"every", "a time shorter than from \"from\" to \"to\"", "at least as long a time"},
-    {"over", "a number that is none or below 0", "a time from 0 s on"}};
+    {"over", "a number that is not finite or below 0", "a time from 0 s on"}};
 
 template <class E>
 std::optional<EventFault> fault_of_times(const E& e) {
@@ -36,7 +36,7 @@ std::optional<EventFault> fault_of_times(const E& e) {
   return std::nullopt;
 }
 
-/// Vectors with a number that is none, by the names of the members.
+/// Vectors with a number that is not finite, by the names of the members.
 template <class E>
 std::optional<EventFault> fault_of_vectors(const E& e) {
   std::optional<EventFault> fault;
@@ -51,8 +51,9 @@ std::optional<EventFault> fault_of_vectors(const E& e) {
 }  // namespace
 
 const char* TimedEvent::restored() const {
-  return fault_of(*this) || !is_finite(progress.start) ? "is an event with a number that is none"
-                                                       : nullptr;
+  return fault_of(*this) || !is_finite(progress.start)
+             ? "is an event with a number that is not finite or out of range"
+             : nullptr;
 }
 
 namespace detail {

@@ -110,7 +110,7 @@ TEST_CASE("Every kind of event is written and read again, bit for bit") {
   });
 }
 
-TEST_CASE("Every kind of event refuses times and vectors that are none") {
+TEST_CASE("Every kind of event refuses times and vectors that are not finite") {
   each_kind([](auto event) {
     CHECK_FALSE(fault_of(TimedEvent{event}));
     auto late = event;

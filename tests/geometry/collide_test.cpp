@@ -312,7 +312,7 @@ TEST_CASE("touching does not depend on where the world's origin is") {
       }
 }
 
-TEST_CASE("nothing degenerate gives numbers that are none") {
+TEST_CASE("nothing degenerate gives numbers that are not finite") {
   const std::vector<Shape> kinds{ball(0.2),          ball(0),
                                  rod(0.1, 0),        rod(0.1, 0.4),
                                  rod(0, 0.4),        box({0.2, 0.4, 0.3}),

@@ -302,7 +302,7 @@ TEST_CASE("a solid of revolution is round by its distance from the axis along th
   CHECK(rounding(ellipsoid(Vec3(0.2)), {{0, 0.2, 0}, {0, 1, 0}, {1, 2, 3}}) == Approx(0.2));
 }
 
-TEST_CASE("nothing degenerate between round shapes gives numbers that are none") {
+TEST_CASE("nothing degenerate between round shapes gives numbers that are not finite") {
   std::vector<Shape> kinds = convex_kinds();
   kinds.push_back(cylinder(1e-6, 0.4)), kinds.push_back(cylinder(0.4, 1e-6));
   kinds.push_back(cone(1e-6, 0.4)), kinds.push_back(cone(0.4, 1e-6));

@@ -104,5 +104,5 @@ TEST_CASE("nurbs: bytes that are no surface are refused, not evaluated") {
   FieldReader in(bad.bytes());
   Holder back;
   in.read(back);
-  CHECK(in.fault().find("is no surface that can be evaluated") != std::string::npos);
+  CHECK(in.fault().find("is a surface that cannot be evaluated") != std::string::npos);
 }

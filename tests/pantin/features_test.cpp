@@ -94,7 +94,7 @@ TEST_CASE("drives, cables, springs of pins and soft stops under a solver that la
            text.find(what) != std::string::npos;
   };
   CHECK(named(pair.refused(BallJoint{.a = a, .b = b, .drive = JointDrive{}}),
-              "a pose drive, expected \"auto\" or \"lagrangian\""));
+              "a joint drive, expected \"auto\" or \"lagrangian\""));
   CHECK(named(pair.refused(CableJoint{.a = a, .b = b, .anchor_b = {1, 0, 0}}), "a cable"));
   CHECK(named(pair.refused(PinConstraint{.body = b, .stiffness = 10}), "a spring pin"));
   CHECK(named(pair.refused(HingeJoint{.a = a,

@@ -1,5 +1,6 @@
 // What programs do wrong while they run ends in an error or a status: handles of what is gone,
-// Worlds put back within a step, numbers that are none, steps within steps, memory that runs out.
+// Worlds put back within a step, numbers that are not finite, steps within steps, memory that runs
+// out.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -108,7 +109,7 @@ TEST_CASE("a mass that becomes none without mark_dirty is told") {
     }
 }
 
-TEST_CASE("sizes, places and rotations that are none are told, and not solid") {
+TEST_CASE("sizes, places and rotations out of range are reported, and not solid") {
   const auto spoil = [](World& w, int how) {
     Shape& shape = w.shapes.values()[1].list[0];
     if (how == 0) shape.size.x = kNan;

@@ -221,12 +221,13 @@ TEST_CASE("rotations and limits that cannot be are refused in a saved World") {
     return only_error(world_from_bytes(sealed(bytes)));
   };
   const Quat turned = stopped_arm().links.values()[0].joint.frames.a();
-  CHECK(refused({turned.x, turned.y, turned.z, turned.w}, 3).find("axes that are none") !=
-        std::string::npos);
+  CHECK(refused({turned.x, turned.y, turned.z, turned.w}, 3)
+            .find("axes that are not unit quaternions") != std::string::npos);
   CHECK(refused({-0.3, 0.4}, -0.4).find("low end is above") != std::string::npos);
   const Quat body = stopped_arm().bodies.values()[1].pose.rotation;
-  CHECK(refused({body.x, body.y, body.z, body.w}, 3).find("rotation that is none") !=
-        std::string::npos);
+  CHECK(
+      refused({body.x, body.y, body.z, body.w}, 3).find("rotation that is not a unit quaternion") !=
+      std::string::npos);
 }
 
 namespace {
@@ -270,7 +271,7 @@ void check_forged(const World& world, const Forgery& forgery, const char* compla
 
 }  // namespace
 
-TEST_CASE("masses that are none are refused in the islands of a saved World") {
+TEST_CASE("masses that are not positive and finite are refused in the islands of a saved World") {
   const double mass = 2.71875;
   std::vector<World> worlds = {hung(mass)};
   for (const Solver solver : {Solver::articulated, Solver::lagrangian}) {
@@ -281,11 +282,11 @@ TEST_CASE("masses that are none are refused in the islands of a saved World") {
   }
   for (const World& world : worlds) {
     check_forged(world, {mass, {-1, 0, 1e-310, std::numeric_limits<double>::infinity()}},
-                 "mass that is none");
+                 "mass that is not positive and finite");
   }
 }
 
-TEST_CASE("settings that are none are refused in the islands of a saved World") {
+TEST_CASE("settings out of range are refused in the islands of a saved World") {
   const double ratio = 0.71875;
   for (const Solver solver : {Solver::articulated, Solver::lagrangian}) {
     World world = stopped_arm();

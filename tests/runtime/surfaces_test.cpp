@@ -86,7 +86,7 @@ TEST_CASE("a World whose pairs name a material that is none is not written") {
   w.material_pairs[0].a = 3;
   const Result<std::string> bytes = world_to_bytes(w);
   REQUIRE_FALSE(bytes);
-  CHECK(bytes.errors().front().message.find("material_pairs name a material that is none") !=
+  CHECK(bytes.errors().front().message.find("material_pairs name a material that does not exist") !=
         std::string::npos);
 }
 

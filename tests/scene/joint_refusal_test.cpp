@@ -79,7 +79,7 @@ TEST_CASE("Limits that leave nothing, or that no joint reaches, are refused") {
               "t.json:5:58: /joints/0/limits/soft/zone: found 0, expected an angle above 0"});
 }
 
-TEST_CASE("Joint axes that are none, or told twice, are refused") {
+TEST_CASE("Joint axes that are zero, or told twice, are refused") {
   CHECK(with_joint(R"("axis": [0, 0, 0])") ==
         Lines{"t.json:5:9: /joints/0/axis: found an array of 3, expected a direction: three "
               "numbers, not all 0"});

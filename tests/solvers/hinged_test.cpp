@@ -342,7 +342,8 @@ TEST_CASE("the torque through a hinge is what its arm weighs, springs and motors
 }
 
 TEST_CASE(
-    "a motor, a spring, friction or a drive with numbers that are none stops its island, named") {
+    "a motor, a spring, friction or a drive with numbers that are not finite stops its island, "
+    "named") {
   const Real none = std::numeric_limits<Real>::quiet_NaN();
   const auto spoil = [&](World& w, Entity hinge, int which) {
     Dof& dof = w.links[hinge].joint.parameters.edit().rotation;

@@ -242,7 +242,8 @@ TEST_CASE("What is no lamina, or is tied, is named and not moved") {
   CHECK(reasons(world).find("nail: ties a lamina") == 0);
   world.destroy(held);
   laminas_of(world)[rod_body].fingers[0].slide = -1, world.mark_dirty();
-  CHECK(reasons(world) == "rod: is a lamina with a finger that has a number that is none\n");
+  CHECK(reasons(world) ==
+        "rod: is a lamina with a finger that has a number that is not finite or out of range\n");
   laminas_of(world)[rod_body].fingers[0].slide = 0.1;
   std::swap(laminas_of(world)[rod_body].outline[0], laminas_of(world)[rod_body].outline[1]);
   std::swap(laminas_of(world)[rod_body].outline[2], laminas_of(world)[rod_body].outline[3]);

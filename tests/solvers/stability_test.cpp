@@ -1,5 +1,5 @@
-// What never happens: energy out of nothing, numbers that are none, joints that open. Long runs of
-// the same: pantin_tests "[.soak]"
+// What never happens: energy out of nothing, numbers that are not finite, joints that open. Long
+// runs of the same: pantin_tests "[.soak]"
 #include <catch2/catch.hpp>
 
 #include "engine/solvers/articulated/island.hpp"

@@ -239,7 +239,7 @@ TEST_CASE("surfaces: the paper's forms agree where they say anything") {
     // C_roll is the slip along the tangents of a: zero where the rows of rolling are.
     rows_at(m, 0);
     const lag::Island& island = lag::islands_of(m.world)[0];
-    const lag::TouchFound& found = island.scratch.touching[0];
+    const lag::SurfaceFound& found = island.scratch.touching[0];
     const Vec3 slip = now.rate[1] * found.tangent[0] + now.rate[2] * found.tangent[1];
     const SurfaceContact& c = m.world.surface_contacts[m.contact];
     const nurbs::PlacePair& at = island.scratch.state.touches[0].at;
@@ -266,7 +266,7 @@ TEST_CASE("surfaces: the paper's C_roll, differenced once, gives the gammas of t
     INFO(n);
     REQUIRE(std::abs(now.rate[0]) + std::abs(now.rate[1]) + std::abs(now.rate[2]) <= 1e-12);
     const lag::Island& island = lag::islands_of(m.world)[0];
-    const lag::TouchFound& found = island.scratch.touching[0];
+    const lag::SurfaceFound& found = island.scratch.touching[0];
     const Vec3 slip_rate = -(now.gamma[1] * found.tangent[0] + now.gamma[2] * found.tangent[1]);
     const SurfaceContact& c = m.world.surface_contacts[m.contact];
     const nurbs::PlacePair at = island.scratch.state.touches[0].at;

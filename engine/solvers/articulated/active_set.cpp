@@ -21,6 +21,7 @@ bool is_plain(const Island& a) {
 void eliminate_once(World& world, Island& a, Real h) {
   StepScratch& r = a.scratch;
   // The blocks of the bodies are constant over the iterations; contacts are not.
+  PANTIN_ASSERT(r.base.size() == a.count() && r.joint_nodes.size() == a.count());
   r.joint_blocks = r.base;
   a.stiff_contacts = !a.iterates && has_active_contacts(world, a);
   if (a.stiff_contacts) add_contact_rows(world, a, r.joint_blocks);
@@ -63,6 +64,7 @@ void begin_iterating(World& world, Island& a) {
   if (a.iterates || !needs_active_set(a)) return;
   a.iterates = true;
   reserve_general_solve(a);
+  PANTIN_ASSERT(a.scratch.terms.size() == a.joints.size());
   for (std::size_t c = 0; c < a.joints.size(); ++c)
     for (LimitRow& limit : a.scratch.terms[c].limits) {
       limit.nonlinearity = 0;
@@ -79,6 +81,7 @@ void begin_iterating(World& world, Island& a) {
 
 void begin_iteration(World& world, Island& a, Real h) {
   if (!needs_active_set(a)) return;
+  PANTIN_ASSERT(a.iterates);
   ++a.active_set_iterations_used;
   eliminate_once(world, a, h);
   free_response(a, kPosition);

@@ -10,7 +10,7 @@ constexpr std::uint32_t kNobody = UINT32_MAX;
 /// that finds no solution, as in a net whose corners are moved apart, by the second part.
 constexpr Real kYielding = 0.03;
 /// Of the island's size: below it, a tie's gap is its own compliance, whose energy counts.
-constexpr Real kClosed = 1e-5;
+constexpr Real kClosedGap = 1e-5;
 
 /// Of the island's mass times its size: the multiplier of a cable that has just become taut.
 constexpr Real kLeast = 1e-30;
@@ -53,11 +53,12 @@ void begin_tie(const World& world, const Island& a, ConservingTie& t, const Plac
   t.still = t.a != kNobody || (way == Vec3(0) && t.velocity == Vec3(0));
   t.before = start(t.b, t.anchor_b, t.start_b) -
              (t.a != kNobody ? start(t.a, t.anchor_a, t.start_a) : place.before + begin * way);
-  if (t.kind == TieKind::rigid && glm::length(t.before) > kClosed * a.size) t.still = false;
+  if (t.kind == TieKind::rigid && glm::length(t.before) > kClosedGap * a.size) t.still = false;
 }
 
 /// The last tie: taut as at the end of the last step, to begin with.
 void begin_inextensible(StepScratch& r, const PackedCable& cable, Real to_mu) {
+  PANTIN_ASSERT(!r.ties.empty() && r.ties.back().cable < r.cable_rows.size());
   ConservingTie& t = r.ties.back();
   const Real span = glm::length(t.before);
   t.followed = r.cable_rows[t.cable] == CableRow::followed;
@@ -69,6 +70,8 @@ void begin_inextensible(StepScratch& r, const PackedCable& cable, Real to_mu) {
 
 void begin_ties(const World& world, Island& a, const StepPart& part) {
   StepScratch& r = a.scratch;
+  PANTIN_ASSERT(part.begin < part.end && part.end <= 1);
+  PANTIN_ASSERT(r.ties.capacity() >= tie_count(a));
   r.ties.clear();
   r.tie_yield = part.yields ? kYielding : kTieSoftness;
   const Real to_mu = 0.5 / (part.whole * part.whole) * (part.end - part.begin) * part.whole;
@@ -87,6 +90,7 @@ void begin_ties(const World& world, Island& a, const StepPart& part) {
     const bool stretches = s.compliance > 0;
     ConservingTie& t = r.ties.emplace_back();
     const bool has_b = cable.column_b != kNobody;
+    PANTIN_ASSERT(has_b || cable.column_a != kNobody);
     t.cable = static_cast<std::uint32_t>(&cable - a.cables.data());
     t.kind = stretches ? TieKind::cable : TieKind::slack, t.length = s.length;
     if (stretches) t.stiffness = 1 / s.compliance;
@@ -109,6 +113,7 @@ void begin_ties(const World& world, Island& a, const StepPart& part) {
 
 void store_ties(Island& a, const StepPart& part) {
   const Real to_lambda = 2 * part.whole / (part.end - part.begin);
+  PANTIN_ASSERT(a.scratch.ties.size() == tie_count(a));
   auto tie = a.scratch.ties.cbegin();
   for (PackedPin& pin : a.pins) pin.lambda = -to_lambda * (tie++)->mu, pin.reachable = true;
   for (PackedCable& cable : a.cables) cable.lambda = 0;

@@ -8,6 +8,8 @@ namespace {
 
 /// Slots of trees, holds and cables, from an island to one compiled from the same components.
 void copy_slots(const IslandMemory& from, IslandMemory& to) {
+  PANTIN_ASSERT(to.trees.size() <= from.trees.size() && to.pins.size() <= from.pins.size());
+  PANTIN_ASSERT(to.cables.size() <= from.cables.size());
   for (std::size_t i = 0; i < to.trees.size(); ++i)
     to.trees[i].held_body = from.trees[i].held_body, to.trees[i].held_pin = from.trees[i].held_pin;
   for (std::size_t i = 0; i < to.pins.size(); ++i) {
@@ -30,6 +32,7 @@ bool is_same(const PackedJoint& a, const PackedJoint& b) {
 }
 
 bool has_same_masses(const Island& a, const Island& b) {
+  PANTIN_ASSERT(a.count() == b.count());
   for (std::size_t c = 0; c < a.count(); ++c)
     if (a.constants.at(kMass, c) != b.constants.at(kMass, c) ||
         a.constants.vec(kInertia, c) != b.constants.vec(kInertia, c))
@@ -38,6 +41,7 @@ bool has_same_masses(const Island& a, const Island& b) {
 }
 
 bool has_same_anchors(const Island& a, const Island& b) {
+  PANTIN_ASSERT(a.count() == b.count());
   for (std::size_t c = 0; c < a.count(); ++c)
     if (a.constants.vec(kOwnAnchor, c) != b.constants.vec(kOwnAnchor, c) ||
         a.constants.vec(kParentAnchor, c) != b.constants.vec(kParentAnchor, c))
@@ -90,6 +94,7 @@ struct Unchanged {
 /// The island of the last build, with the present slots, laws of joints, drags and shares of
 /// gravity.
 Island renumbered(Island old, Island& made) {
+  PANTIN_ASSERT(old.count() == made.count() && old.joint_memory.size() == made.joint_memory.size());
   copy_slots(made, old);
   old.slots = std::move(made.slots), old.links = std::move(made.links);
   old.joints = std::move(made.joints), old.constants = std::move(made.constants);
@@ -149,6 +154,7 @@ void carry_memory(const std::vector<Island>& before, const World& world,
         continue;
       a.joint_memory[c] = r.island->joint_memory[r.column];
     }
+    PANTIN_ASSERT(a.joint_memory.size() == a.joints.size());
     const Remembered& first = old[a.slots.front()];
     if (!first.island || first.island->bodies != a.bodies) continue;
     // A free tree keeps its angular momentum only while structure and masses are unchanged.

@@ -26,6 +26,7 @@ void close_rows(World& world, Island& a, Real h) {
     worst = std::max(worst_stretch(world, a), worst_pin_gap(a));
   }
   // The lambdas of the step itself are kept for the next step.
+  PANTIN_ASSERT(r.lambdas.size() == a.count());
   for (std::size_t c = 0; c < a.count(); ++c) r.lambdas[c] = a.memory.vec(kLambda, c);
   for (int round = 0; round < a.settings.sweeps && worst > enough; ++round) {
     kernels().prepare(p, kFinalPosition, kFinalRotation, Tension::ignored);
@@ -69,10 +70,12 @@ EndSums close_plain(Island& a, const IslandView& p, const VelocityInput& in) {
   if (p.is_chain) {
     k.inward_pass_chain(p, tension_of(a));
   } else {
+    PANTIN_ASSERT(a.scratch.blocks.size() >= kBlockSize * a.count());
     k.prepare(p, kPosition, kRotation, tension_of(a));
     k.fill_blocks(p, a.scratch.blocks.data());
     k.inward_pass_tree(p, tension_of(a), a.scratch.blocks.data());
   }
+  PANTIN_ASSERT(a.scratch.targets.size() == 3 * a.trees.size());
   return k.outward_pass_and_update(p, a.scratch.targets.data(), in);
 }
 
@@ -83,6 +86,7 @@ void store_limits(Island& a, Real h) {
     if (!j.stiff) continue;
     bool hit = false;
     for (int s = 0; s < 4; ++s) {
+      PANTIN_ASSERT(c < a.scratch.terms.size() && c < a.joint_memory.size());
       const LimitRow& limit = a.scratch.terms[c].limits[s];
       const bool is_active = limit.on || (a.iterates && limit.lambda > 0);
       a.joint_memory[c].lambdas[s] = is_active ? limit.lambda : 0;

@@ -99,9 +99,11 @@ void read_links(Builder& b) {
   }
   std::stable_sort(pairs.begin(), pairs.end(),
                    [](const auto& x, const auto& y) { return x.first < y.first; });
+  PANTIN_ASSERT(pairs.size() % 2 == 0);
   b.neighbour_start.assign(world.bodies.size() + 1, 0);
   for (const auto& [slot, n] : pairs) ++b.neighbour_start[slot + 1], b.neighbours.push_back(n);
   std::partial_sum(b.neighbour_start.begin(), b.neighbour_start.end(), b.neighbour_start.begin());
+  PANTIN_ASSERT(b.neighbour_start.back() == b.neighbours.size());
 }
 
 void read_pins(Builder& b) {
@@ -185,6 +187,7 @@ std::vector<Visit> walk(const Builder& b, std::uint32_t start) {
     const Visit v = stack.back();
     stack.pop_back();
     order.push_back(v);
+    PANTIN_ASSERT(order.size() <= b.world.bodies.size());
     const std::uint32_t from = b.neighbour_start[v.slot], to = b.neighbour_start[v.slot + 1];
     for (std::uint32_t i = to; i-- > from;)
       if (b.neighbours[i].link != v.link)
@@ -196,6 +199,7 @@ std::vector<Visit> walk(const Builder& b, std::uint32_t start) {
 
 Vec3 anchor_in(const World& world, std::uint32_t link, std::uint32_t body_slot) {
   const Link& l = world.links.values()[link];
+  PANTIN_ASSERT((world.bodies.slot(l.a) == body_slot) != (world.bodies.slot(l.b) == body_slot));
   return world.bodies.slot(l.a) == body_slot ? l.joint.anchor_a : l.joint.anchor_b;
 }
 
@@ -206,6 +210,7 @@ void measure_reach(const Island& a, PackedPin& constraint) {
   constraint.reach = 0;
   for (std::int32_t i = static_cast<std::int32_t>(constraint.column); i >= 0;) {
     const auto c = static_cast<std::size_t>(i);
+    PANTIN_ASSERT(c < a.count() && a.parents[c] < i);
     const Real span = glm::length(exit - a.constants.vec(kOwnAnchor, c));
     constraint.reach += span;
     longest = std::max(longest, span);
@@ -223,6 +228,7 @@ Real longest_way(const Island& a) {
     const Real arm = glm::length(a.constants.vec(kOwnAnchor, i));
     if (a.parents[i] >= 0) {
       const auto p = static_cast<std::size_t>(a.parents[i]);
+      PANTIN_ASSERT(p < i);
       way[i] =
           way[p] + glm::length(a.constants.vec(kParentAnchor, i) - a.constants.vec(kOwnAnchor, p));
     }
@@ -246,6 +252,7 @@ PackedJoint packed_joint(const World& world, std::uint32_t link, std::uint32_t b
   if (link == kNoSlot) return j;
   const Link& l = world.links.values()[link];
   j.joint = l.joint;
+  PANTIN_ASSERT((world.bodies.slot(l.a) == body_slot) != (world.bodies.slot(l.b) == body_slot));
   j.own_is_a = world.bodies.slot(l.a) == body_slot;
   const JointDrive* drive = world.joint_drives.find(world.links.owners()[link]);
   if (drive) j.drive = world.joint_drives.slot(world.links.owners()[link]);
@@ -258,6 +265,7 @@ void pack_joints(const World& world, Island& a) {
   for (std::size_t c = 0; c < a.count(); ++c) {
     PackedJoint joint = packed_joint(world, a.links[c], a.slots[c]);
     if (!joint.stiff && joints.empty()) continue;
+    PANTIN_ASSERT(joints.size() <= c);
     joints.resize(c);  // free joints before this one
     joints.push_back(std::move(joint));
   }
@@ -283,6 +291,7 @@ void add_tree(Builder& b, Island& a, Planting& all, std::uint32_t start) {
   Tree tree;
   tree.first = static_cast<std::uint32_t>(all.visits.size());
   for (Visit v : walk(b, start)) {
+    PANTIN_ASSERT(b.is_dynamic(v.slot) && b.column[v.slot] == kNoSlot);
     b.column[v.slot] = static_cast<std::uint32_t>(all.visits.size());
     if (v.parent >= 0) v.parent += static_cast<std::int32_t>(tree.first);
     all.visits.push_back(v);
@@ -309,6 +318,7 @@ Planting plant_trees(Builder& b, const std::vector<std::uint32_t>& slots,
 }
 
 void pack_bodies(const World& world, const Planting& all, Island& a) {
+  PANTIN_ASSERT(all.anchors.size() == a.trees.size());
   const std::vector<Visit>& visits = all.visits;
   const std::size_t padded = (visits.size() + kLanes - 1) / kLanes * kLanes;
   a.bodies.reserve(visits.size()), a.links.reserve(visits.size());
@@ -347,6 +357,7 @@ void pack_pins(Builder& b, const std::vector<Anchorage>& anchorages, const Plant
   for (const Anchorage& g : anchorages) {
     if (std::find(all.anchors.begin(), all.anchors.end(), &g) != all.anchors.end()) continue;
     PackedPin h;
+    PANTIN_ASSERT(b.column[g.body] != kNoSlot);
     h.column = b.column[g.body], h.anchor = g.anchor, h.priority = g.priority;
     h.held_body = g.held_body, h.held_pin = g.held_pin, h.held_anchor = g.held_anchor;
     h.held_link = g.link;
@@ -361,6 +372,7 @@ void pack_pins(Builder& b, const std::vector<Anchorage>& anchorages, const Plant
 Island pack(Builder& b, const IslandPlan& plan, std::uint32_t index) {
   World& world = b.world;
   Island a;
+  PANTIN_ASSERT(plan.solver == kArticulated && !plan.slots.empty());
   a.settings = plan.settings;
   const std::vector<Anchorage> anchorages = anchorages_of(b, plan.slots);
   const Planting all = plant_trees(b, plan.slots, anchorages, a);
@@ -382,6 +394,8 @@ Island pack(Builder& b, const IslandPlan& plan, std::uint32_t index) {
 void tie_loops(Builder& b, std::vector<Island>& made) {
   for (const Loop& loop : b.loops) {
     Island& a = made[b.island[loop.body]];
+    PANTIN_ASSERT(b.island[loop.body] == b.island[loop.partner] &&
+                  b.column[loop.body] != b.column[loop.partner]);
     PackedPin h;
     h.column = b.column[loop.body], h.partner = b.column[loop.partner];
     h.anchor = loop.anchor, h.held_anchor = loop.partner_anchor;
@@ -404,6 +418,8 @@ void tie_cords(Builder& b, std::vector<Island>& made) {
     cord.column_a = b.column[cord.slot_a], cord.column_b = b.column[cord.slot_b];
     const std::uint32_t owner = cord.column_a != kNoSlot ? cord.slot_a : cord.slot_b;
     if (b.column[owner] == kNoSlot) continue;  // between two kinematic bodies
+    PANTIN_ASSERT(cord.column_a == kNoSlot || cord.column_b == kNoSlot ||
+                  b.island[cord.slot_a] == b.island[cord.slot_b]);
     made[b.island[owner]].cables.push_back(cord);
   }
 }
@@ -428,6 +444,7 @@ void compile(World& world, std::span<const IslandPlan> plans) {
   for (std::size_t i = 0; i < made.size(); ++i) made[i].unfit = plans[i].unfit;
   std::vector<Island>& list = world.memory.of<Islands>().list;
   carry_over(world, list, made);
+  for (const Island& a : made) assert_packed(a);
   list = std::move(made);
   world.memory.of<Islands>().scratch.prepared = false;
 }

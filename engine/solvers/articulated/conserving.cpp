@@ -13,7 +13,7 @@ namespace {
 /// A step that does not converge is halved, down to a 256th.
 constexpr Real kParts = 256;
 /// Less than that of a step is not left over.
-constexpr Real kRounding = 1e-6;
+constexpr Real kLeastRest = 1e-6;
 /// One that would lose much energy is taken in up to so many parts: rods that snap straight.
 constexpr int kResolvingParts = 16;
 constexpr int kMostIterations = 8, kMostTiedIterations = 16;
@@ -23,9 +23,9 @@ constexpr int kMostAttempts = 48, kLimitedAttempts = 96, kTiedAttempts = 4;
 constexpr int kProjectedSteps = 30;
 /// rad: the next iteration would rotate by about its square. Free trees have no anchor that would
 /// take up a lack of angular momentum.
-constexpr Real kEnough = 3e-4, kEnoughFree = 1e-6, kEnoughEver = 1e-11;
+constexpr Real kTurnTolerance = 3e-4, kFreeTurnTolerance = 1e-6, kLeastTurnTolerance = 1e-11;
 /// rad, of what hangs on cables: they take up as much as an anchor.
-constexpr Real kEnoughNext = 5e-7;
+constexpr Real kHangingTurnTolerance = 5e-7;
 
 /// Anchors over a part of the step.
 void set_anchors(const World& world, Island& a, const StepPart& part) {
@@ -82,15 +82,19 @@ bool is_still(const Island& a) {
 /// Energy due over energy found from which a part of the step is divided: the projection at its end
 /// takes the rest. A cable can turn fast, and little is lost where parts resolve it.
 Real most_due(const Island& a, Real part, int attempt) {
-  constexpr Real kAny = std::numeric_limits<Real>::infinity(), kByTrees = 1.2, kByCables = 1.0001;
-  if (!a.pins.empty()) return kAny;
-  if (!a.cables.empty()) return part > 1 && 2 * attempt < kMostAttempts ? kByCables : kAny;
-  return part > kParts / kResolvingParts && is_still(a) ? kByTrees : kAny;
+  constexpr Real kNoBound = std::numeric_limits<Real>::infinity(), kByTrees = 1.2,
+                 kByCables = 1.0001;
+  if (!a.pins.empty()) return kNoBound;
+  if (!a.cables.empty()) return part > 1 && 2 * attempt < kMostAttempts ? kByCables : kNoBound;
+  return part > kParts / kResolvingParts && is_still(a) ? kByTrees : kNoBound;
 }
 
 /// What is left of a step, by the rules that always end.
 bool finish_otherwise(World& world, Island& a, const StepPart& rest, Entity& lost) {
   const Real h = (rest.end - rest.begin) * rest.whole;
+  PANTIN_ASSERT(rest.begin < rest.end && rest.end == 1);
+  PANTIN_ASSERT(a.scratch.ways.size() == 3 * a.trees.size() &&
+                a.pins.size() <= a.scratch.pins_before.size());
   // The parts done so far have moved bodies and anchors.
   StepScratch& r = a.scratch;
   for (std::size_t i = 0; i < r.ways.size(); ++i) r.ways[i] = r.targets[i] - r.ways[i];
@@ -137,7 +141,8 @@ bool conserves(const World& world, const Island& a) {
 
 bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
   const bool follows = !a.fresh && !a.changed && a.last_step == h;
-  const Real enough = has_free_tree(a) || has_rows(a) || !a.joints.empty() ? kEnoughFree : kEnough;
+  const Real enough =
+      has_free_tree(a) || has_rows(a) || !a.joints.empty() ? kFreeTurnTolerance : kTurnTolerance;
   Real left = kParts;
   bool yields = false, inner = true;
   begin_joints(world, a);
@@ -154,7 +159,8 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
   Real part = longest, usual = longest;  // the second but for ends at blows
   Real bent = kParts;                    // as far as cones let the way be straight
   for (int attempt = 1; left > 0; ++attempt) {
-    if (left - part < kRounding) part = left;
+    PANTIN_ASSERT(part > 0 && part <= left);
+    if (left - part < kLeastRest) part = left;
     const StepPart now{1 - left / kParts, part < left ? 1 - (left - part) / kParts : 1, h, yields};
     set_anchors(world, a, now);
     if (is_tied) begin_ties(world, a, now);
@@ -168,8 +174,8 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
                              a.scratch.anchor_velocities.data(),
                              a.scratch.blocks.data(),
                              is_tied ? kMostTiedIterations : kMostIterations,
-                             std::max(enough * std::min(part, Real(1)), kEnoughEver),
-                             hangs && !ties_are_inner(a) ? kEnoughNext : 0,
+                             std::max(enough * std::min(part, Real(1)), kLeastTurnTolerance),
+                             hangs && !ties_are_inner(a) ? kHangingTurnTolerance : 0,
                              is_still(a),
                              ties_hold_still(a),
                              a.joints.empty() && part > kShortestHeld,

@@ -96,6 +96,7 @@ void eliminate_free(const ConservingSum& s, ConservingNode& n) {
 /// The same with rows and torques; the current torque is returned.
 Vec3 eliminate_stiff(const Elimination& e) {
   const auto& [step, c, unknown, s, n] = e;
+  PANTIN_ASSERT(step.a.joints[c].stiff && step.a.parents[c] != kFree);
   const PackedJoint& j = step.a.joints[c];
   const JointEnds ends = ends_of(step, c);
   const Directions d = directions_of(j, ends);
@@ -175,6 +176,7 @@ void give_parent(const Elimination& e, Vec3 current, ConservingSum& p) {
 void eliminate_all(const StiffStep& step, Unknown unknown) {
   Island& a = step.a;
   StepScratch& r = a.scratch;
+  PANTIN_ASSERT(r.conserving_sums.size() == a.count() && r.conserving_nodes.size() == a.count());
   std::fill(r.conserving_sums.begin(), r.conserving_sums.end(), ConservingSum{});
   for (std::size_t c = a.count(); c-- > 0;) {
     ConservingSum& s = r.conserving_sums[c];
@@ -214,6 +216,7 @@ struct Held {
 };
 
 Held held_at(const StiffStep& step, std::size_t c, std::size_t tree, Unknown unknown) {
+  PANTIN_ASSERT(step.a.parents[c] < 0 && tree < step.a.trees.size());
   Held held;
   if (step.a.parents[c] == kFree) {
     const ConservingNode& n = step.a.scratch.conserving_nodes[c];
@@ -221,6 +224,7 @@ Held held_at(const StiffStep& step, std::size_t c, std::size_t tree, Unknown unk
     return held;
   }
   if (unknown == Unknown::displacement) return held;
+  PANTIN_ASSERT(3 * tree + 3 <= step.a.scratch.anchor_velocities.size());
   const Real* v = &step.a.scratch.anchor_velocities[3 * tree];
   held.move = {v[0], v[1], v[2]};
   const std::uint32_t body = held_body_of(step.a, c);
@@ -329,6 +333,7 @@ void begin_joints(World& world, Island& a) {
 }
 
 void store_joints(World& world, Island& a, const StepPart& part) {
+  PANTIN_ASSERT(part.begin < part.end);
   const Real share = part.end - part.begin, per = 2 / (share * part.whole);
   for (std::size_t c = 0; c < a.count(); ++c) {
     const PackedJoint& j = a.joints[c];

@@ -16,7 +16,7 @@ namespace {
 constexpr Real kAtLimit = 1e-10;  // rad: a joint is at its limit
 constexpr Real kHit = 1e-6;       // rad: so near, it is hit at the end of a part
 /// rad: what the iterations leave of a limit that is held.
-constexpr Real kRounding = 1e-8;
+constexpr Real kAngleRounding = 1e-8;
 /// rad, on the way over the step: a blow that is slower is not followed to its time.
 constexpr Real kSlow = 1e-4;
 /// Of a step: limits that are hit within that time of one another are hit at once. Which of two
@@ -81,7 +81,7 @@ Real bend_of(const StiffStep& s) {
 /// Whether the part has to be taken again, as cones bend the way too far in it.
 bool cones_bend(const StiffStep& s, TiedPart& with) {
   const Real bend = bend_of(s), most = std::sqrt(kBend * s.part.whole);
-  if (!with.may_divide || bend <= kRounding) return false;
+  if (!with.may_divide || bend <= kAngleRounding) return false;
   with.longest =
       std::max(kShortestBend, 0.8 * most / bend * with.units);  // it may turn faster then
   if (bend <= most || with.longest >= with.units) return false;
@@ -91,6 +91,7 @@ bool cones_bend(const StiffStep& s, TiedPart& with) {
 
 /// Half the impulse with which a limit that is held pushes over the part.
 Real push_of(const StiffStep& s, std::size_t c, const ConservingLimit& l) {
+  PANTIN_ASSERT(l.state == LimitState::held);
   const ConservingNode& n = s.a.scratch.conserving_nodes[c];
   return -glm::dot(l.column, n.passed - 0.5 * s.h * n.exerted);
 }
@@ -166,7 +167,7 @@ bool is_clamped(const Island& a, std::size_t c) {
   Real least = 0;
   for (const ConservingLimit& l : a.scratch.conserving_nodes[c].limits)
     if (l.watched) least = std::min(least, l.clearance);
-  return least < 0 && least >= -kRounding;
+  return least < 0 && least >= -kAngleRounding;
 }
 
 bool change_limits(const StiffStep& s, std::size_t c) {
@@ -188,6 +189,7 @@ void add_limit_rows(const StiffStep& s, std::size_t c, Unknown unknown, JointRow
     l.column = Vec3(0);
     const bool moves = unknown == Unknown::displacement;
     if (!(moves ? l.state == LimitState::held : l.acts) || rows.count == 3) continue;
+    PANTIN_ASSERT(rows.count < 3);
     const std::size_t n = rows.count++;
     rows.limit[n] = &l;
     rows.gradient[n] = rows.torque[n] = l.along;
@@ -212,6 +214,7 @@ bool limits_end_early(const StiffStep& s, TiedPart& with) {
     l.state = LimitState::hit, hit = true;
   });
   if (first < 1) {
+    PANTIN_ASSERT(is_range(0, first));
     with.shorter = std::max(first * with.units, kSoonest);
     return true;
   }
@@ -235,6 +238,7 @@ bool any_limit_hit(const Island& a) {
 
 Real begin_blow(const StiffStep& s) {
   Island& a = s.a;
+  PANTIN_ASSERT(a.scratch.conserving_nodes.size() == a.count());
   StepScratch& r = a.scratch;
   for (std::size_t c = 0; c < a.count(); ++c) {
     r.conserving_nodes[c].end_joint = r.work.vec(kEndJoint, c);

@@ -39,6 +39,7 @@ JointRows find_rows(const PackedJoint& j, const Directions& d, Unknown unknown) 
   for (const RowAxes& axes : rows_of(j.joint.kind)) {
     const Vec3 p = d.a1[axes.p], s = d.b1[axes.s];
     const Vec3 mean_p = 0.5 * (d.a0[axes.p] + p), mean_s = 0.5 * (d.b0[axes.s] + s);
+    PANTIN_ASSERT(rows.count < 3);
     const std::size_t n = rows.count++;
     rows.gradient[n] = sign * glm::cross(s, p);
     rows.torque[n] =
@@ -57,6 +58,7 @@ std::size_t find_free(const Vec3 (&rows)[3], std::size_t count, Vec3 (&free)[3])
     free[0] = glm::normalize(glm::cross(rows[0], rows[1]));
     return 1;
   }
+  PANTIN_ASSERT(count == 1 || count == 3);
   if (count == 3) return 0;
   const Vec3 n = glm::normalize(rows[0]);
   const int least = std::abs(n.x) < std::abs(n.y) ? (std::abs(n.x) < std::abs(n.z) ? 0 : 2)
@@ -80,6 +82,7 @@ Mat3 reduced_inverse(const Mat3& m, const Vec3 (&free)[3], const Vec3 (&to)[3], 
   if (count == 0) return Mat3(0);
   if (count == 3) return glm::inverse(m);
   if (count == 1) return glm::outerProduct(free[0], to[0]) / glm::dot(to[0], m * free[0]);
+  PANTIN_ASSERT(count == 2);
   const Vec3 m0 = m * free[0], m1 = m * free[1];
   const Real a = glm::dot(to[0], m0), b = glm::dot(to[0], m1), c = glm::dot(to[1], m0),
              d = glm::dot(to[1], m1), per = 1 / (a * d - b * c);

@@ -90,6 +90,7 @@ void load_cable(ConservingTie& t, Real h) {
 
 /// The impulse of a taut cable is along the mean of d.
 void load_taut(ConservingTie& t) {
+  PANTIN_ASSERT(t.kind == TieKind::taut);
   const Vec3 mean = 0.5 * (t.before + t.now);
   t.across = glm::dot(t.mu, mean) / glm::dot(mean, mean);
   t.mu = t.across * mean;
@@ -111,6 +112,7 @@ constexpr int kChangeAtOnce = 6;
 void load(void* context) {
   const TiedStep& s = *static_cast<const TiedStep*>(context);
   StepScratch& r = s.a.scratch;
+  PANTIN_ASSERT(r.tie_blocks.size() == kTieBlock * s.a.count() && (s.a.joints.empty() || s.stiff));
   std::fill(r.tie_blocks.begin(), r.tie_blocks.end(), 0.0);
   bool may_change = true;
   s.with.tautened = false;
@@ -155,6 +157,7 @@ void add_own_rows(Island& a, std::size_t n, const RowsOf& rows_of) {
   StepScratch& r = a.scratch;
   std::size_t row = 0;
   for (ConservingTie& t : r.ties) {
+    PANTIN_ASSERT(t.rows.count == 0 || t.rows.count == 1 || t.rows.count == 3);
     const auto count = static_cast<std::size_t>(t.rows.count);
     if (count == 0) continue;
     Real response = 0;
@@ -162,7 +165,8 @@ void add_own_rows(Island& a, std::size_t n, const RowsOf& rows_of) {
       response += std::abs(r.tie_matrix[(row + i) * (n + 1)]) / static_cast<Real>(count);
     if (count == 1) t.response = response;
     if (t.softness == 0) t.softness = r.tie_yield * response;
-    t.rows = rows_of(t);
+    // The matrix has the rows that were counted: a tie that would now have others keeps them.
+    if (const TieRows now = rows_of(t); now.count == t.rows.count) t.rows = now;
     const Vec3 right = t.rows.right - change_of(a, t) * t.rows.by;
     for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t j = 0; j < count; ++j)
@@ -194,6 +198,7 @@ bool solve_ties(Island& a, Arms arms, const RowsOf& rows_of, const Take& take) {
     add_tie_impulse(r, t, mu, arms);
     take(t, mu);
   }
+  PANTIN_ASSERT(row == n);
   respond_to_ties(a, arms);
   for (std::size_t c = 0; c < a.count(); ++c) {
     a.memory.set(kMove, c, a.memory.vec(kMove, c) + r.tie_impulses[c]);
@@ -274,6 +279,7 @@ bool strike(const TiedStep& s) {
   Island& a = s.a;
   StepScratch& r = a.scratch;
   const bool limits = s.stiff && any_limit(a);
+  PANTIN_ASSERT(limits || r.velocities_before.size() == 2 * a.count());
   Real fastest = limits ? begin_blow(*s.stiff) : 0;
   const Real still_turn = kStill * fastest;
   for (std::size_t c = 0; !limits && c < a.count(); ++c)

@@ -55,6 +55,7 @@ void plan_contact_groups(World& world, Real h) {
   const auto island_at = [&](std::uint32_t slot) { return owner_of(partition, slot).island; };
   for (const Contact& c : contacts) {
     if (!is_own(world, c.slot_a) || !is_own(world, c.slot_b)) continue;
+    PANTIN_ASSERT(island_at(c.slot_a) < all.list.size() && island_at(c.slot_b) < all.list.size());
     r.sets.join(island_at(c.slot_a), island_at(c.slot_b));
   }
   for (std::uint32_t i = 0; i < all.list.size(); ++i) {
@@ -82,6 +83,7 @@ namespace {
 
 /// A body of its island. False if it is lost.
 bool write_body(World& world, Island& a, std::size_t column, const GroupBody& f) {
+  PANTIN_ASSERT(column < a.count() && a.slots[column] == f.slot);
   Body& b = world.bodies.values()[f.slot];
   const Vec3 x = f.pose.position;
   if (!(is_finite(f.pose) && is_finite(f.velocity) && is_finite(f.spin) &&
@@ -99,6 +101,7 @@ bool write_body(World& world, Island& a, std::size_t column, const GroupBody& f)
 /// What passed through a joint, for reports and for other methods.
 void write_joint(World& world, Island& a, const GroupNode& n, Real h) {
   if (n.free_root) return;
+  PANTIN_ASSERT(n.column < a.count() && (!n.joint || n.joint == &a.joints[n.column]));
   a.memory.set(kLambda, n.column, h * n.reaction.force);
   if (!n.joint) return;
   JointMemory& memory = a.joint_memory[n.column];
@@ -117,6 +120,7 @@ void write_group(World& world, const Group& g, Real h) {
   std::vector<Island>& list = islands_of(world);
   for (const GroupTree& t : g.trees) list[t.island].energy_removed += t.energy_removed;
   for (const GroupTie& t : g.ties) {
+    PANTIN_ASSERT(t.island < list.size() && list[t.island].in_group);
     Island& a = list[t.island];
     if (t.is_joint)
       a.memory.set(kLambda, t.number, h * t.passed);
@@ -128,6 +132,7 @@ void write_group(World& world, const Group& g, Real h) {
   for (const GroupBody& f : g.bodies) {
     if (f.island == UINT32_MAX) continue;
     Island& a = list[f.island];
+    PANTIN_ASSERT(a.in_group && (f.node != kNoNode || a.count() == 1));
     const std::size_t column = f.node == kNoNode ? 0 : g.nodes[f.node].column;
     if (column == 0) {
       a.stops_hit = a.drives_capped = 0;
@@ -149,6 +154,7 @@ void write_contact(World& world, const Group& g, const GroupContact& f, Real h) 
   Contact& c = contacts_of(world)[f.contact];
   c.torque_lambda = c.torque = Vec3(0);
   if (f.rolling != kNoNode) {
+    PANTIN_ASSERT(f.rolling < g.rollings.size());
     const GroupRolling& r = g.rollings[f.rolling];
     const Real share = Real(1) / r.count;  // each point of it has as much
     c.torque_lambda = share * h * h * to_world(r, r.impulse);

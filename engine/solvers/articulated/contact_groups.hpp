@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/base/disjoint_sets.hpp"
+#include "engine/base/invariants.hpp"
 #include "engine/base/math.hpp"
 #include "engine/contact/contact_axes.hpp"
 #include "engine/contact/detect.hpp"
@@ -48,6 +49,9 @@ struct GroupBody {
   Vec3 free_velocity{0}, free_spin{0}, free_momentum{0};
   Vec3 from{0};  // m, where it was at the start of the step
 };
+
+/// Whether it is no obstacle.
+inline bool can_give_way(const GroupBody& b) { return b.per_mass > 0; }
 
 /// m/s, of the body's point at an arm from its mass centre.
 inline Vec3 speed_at(const GroupBody& b, Vec3 arm) { return b.velocity + glm::cross(b.spin, arm); }

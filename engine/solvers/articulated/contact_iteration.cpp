@@ -29,11 +29,13 @@ void clear(StepScratch& r) {
 
 /// A force at a contact point, or a torque between the bodies of a joint.
 void push_at(StepScratch& r, const ContactRow& t, Vec3 force, std::size_t side) {
+  PANTIN_ASSERT(t.column < r.forces_in.size());
   r.forces_in[t.column].add_to_side(side, force);
   r.torques_in[t.column].add_to_side(side, glm::cross(t.arm, force));
 }
 void push_between(Island& a, std::size_t c, Vec3 torque, std::size_t side) {
   StepScratch& r = a.scratch;
+  PANTIN_ASSERT(c < r.torques_in.size());
   r.torques_in[c].add_to_side(side, torque);
   if (a.parents[c] >= 0)
     r.torques_in[static_cast<std::size_t>(a.parents[c])].add_to_side(side, -torque);
@@ -41,6 +43,7 @@ void push_between(Island& a, std::size_t c, Vec3 torque, std::size_t side) {
 
 /// The limit of an iteration row.
 LimitRow& limit_of(Island& a, const IterationRow& row) {
+  PANTIN_ASSERT(row.is_limit && row.column < a.scratch.terms.size() && row.limit < 4);
   return a.scratch.terms[row.column].limits[row.limit];
 }
 
@@ -112,10 +115,12 @@ void find_response(Island& a) {
   const auto row_of = [&](std::size_t number, std::size_t& axis) -> const IterationRow& {
     auto row = std::upper_bound(r.iteration_rows.begin(), r.iteration_rows.end(), number,
                                 [](std::size_t n, const IterationRow& x) { return n < x.number; });
+    PANTIN_ASSERT(row != r.iteration_rows.begin());
     --row;
     axis = number - row->number;
     return *row;
   };
+  PANTIN_ASSERT(r.contact_response.size() == numbers * numbers && r.forces_in.size() == a.count());
   for (std::size_t first = 0; first < numbers; first += Vec3x4::kSides) {
     const std::size_t sides = std::min(Vec3x4::kSides, numbers - first);
     clear(r);
@@ -141,6 +146,7 @@ void find_response(Island& a) {
 
 Mat3 block(const Island& a, std::uint32_t of, std::uint32_t to) {
   const std::size_t n = a.scratch.contact_displacement.size();
+  PANTIN_ASSERT(of + 3 <= n && to + 3 <= n);
   Mat3 m;
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j)
@@ -153,6 +159,7 @@ Mat3 block(const Island& a, std::uint32_t of, std::uint32_t to) {
 void apply(Island& a, std::uint32_t number, Real lambda) {
   if (lambda == 0) return;
   const std::size_t n = a.scratch.contact_displacement.size();
+  PANTIN_ASSERT(number < n);
   const Real* column = &a.scratch.contact_response[number * n];
   Real* moved = a.scratch.contact_displacement.data();
   for (std::size_t i = 0; i < n; ++i) moved[i] += lambda * column[i];
@@ -163,12 +170,14 @@ void apply(Island& a, const IterationRow& row, Vec3 lambda) {
 }
 
 Vec3 moved(const Island& a, const IterationRow& row) {
+  PANTIN_ASSERT(!row.is_limit && row.number + 3 <= a.scratch.contact_displacement.size());
   const Real* m = &a.scratch.contact_displacement[row.number];
   return {m[0], m[1], m[2]};
 }
 
 /// Whether this row is the owner side of a contact between two dynamic bodies.
 bool is_owner_side(const Island& a, const IterationRow& row) {
+  PANTIN_ASSERT(!row.is_limit && row.contact_row < a.scratch.contact_rows.size());
   return a.scratch.contact_rows[row.contact_row].side > 0;
 }
 
@@ -181,6 +190,7 @@ void start_contact(World& world, Island& a, IterationRow& row, Real h) {
     row.bias = t.goal - here;
   } else {
     const Island& b = islands_of(world)[row.other];
+    PANTIN_ASSERT(row.other_row < b.scratch.iteration_rows.size());
     const IterationRow& other = b.scratch.iteration_rows[row.other_row];
     const ContactRow& tb = b.scratch.contact_rows[other.contact_row];
     k += block(b, other.number, other.number);
@@ -274,6 +284,7 @@ void pair_up(World& world, std::span<Island* const> all) {
       if (!is_mutual(world, t)) continue;
       const std::uint32_t island =
           owner_of(partition_of(world), contacts_of(world)[t.contact].slot_b).island;
+      PANTIN_ASSERT(island < islands_of(world).size());
       const Island& b = islands_of(world)[island];
       // An island that cannot be stepped takes no part: it is an obstacle.
       if (!b.finite) continue;
@@ -289,6 +300,7 @@ void pair_up(World& world, std::span<Island* const> all) {
 }  // namespace
 
 void find_contact_response(const World& world, Island& a) {
+  PANTIN_ASSERT(a.iterates && a.scratch.translation.size() == a.count());
   list_rows(world, a);
   find_response(a);
   read_rows(

@@ -111,6 +111,7 @@ struct ContactError {
 /// the island, m. True if unchanged.
 bool update_active_set(Contact& c, const ContactError& left, Real weight, Real size) {
   const auto& [error, depth] = left;
+  PANTIN_ASSERT(is_unit(c.normal));
   const Real residual = glm::dot(error, c.normal);
   if (!c.active) {
     if (!(depth > 1e-9 * size)) return true;
@@ -143,6 +144,7 @@ bool is_own(const World& world, std::uint32_t slot) {
 }
 
 void keep_sleeping_contacts(World& world, Island& a, Real h) {
+  PANTIN_ASSERT(a.asleep);
   const Real to_force = 1 / (a.force_share * h * h);
   for (const ContactRow& t : a.scratch.contact_rows) {
     if (t.side < 0) continue;
@@ -153,11 +155,13 @@ void keep_sleeping_contacts(World& world, Island& a, Real h) {
 }
 
 void find_reaches(const World& world, Real h, std::span<Real> reach) {
+  PANTIN_ASSERT(reach.size() >= world.bodies.size());
   for (const Island& a : islands_of(world)) {
     if (a.asleep) {
       for (const std::uint32_t slot : a.slots) reach[slot] = contact::kAtRest;
       continue;
     }
+    PANTIN_ASSERT(a.scratch.predicted);
     const Margin margin{displacement_of_targets(a), glm::length(world.gravity) * h * h};
     for (std::size_t c = 0; c < a.count(); ++c)
       if (const Collision* collision = world.collisions.find(a.bodies[c]);
@@ -184,6 +188,7 @@ void take_contact(World& world, std::uint32_t contact, ContactBody which, Real h
   const bool mutual = is_own(world, c.slot_b);
   const Owner at = owner_of(partition, is_a ? c.slot_a : c.slot_b);
   Island& a = islands_of(world)[at.island];
+  PANTIN_ASSERT(at.solver == kArticulated && at.column < a.count());
   const Body& b = world.bodies.values()[c.slot_b];
   const bool comes = !mutual && (contact::moves(b) || b.restart || b.teleport);
   const bool runs = c.active && c.surface_velocity != Vec3(0);  // a belt under it
@@ -244,6 +249,7 @@ void add_contact_rows(const World& world, Island& a, std::vector<JointBlock>& bl
   for (ContactRow& t : a.scratch.contact_rows) {
     const Contact& c = contacts_of(world)[t.contact];
     if (!c.active) continue;
+    PANTIN_ASSERT(t.side > 0 && c.sliding >= 0 && c.sliding <= 1);
     t.tangential = t.weight * c.sliding;
     const Vec3 n = c.normal;
     const Vec3 bearing = glm::dot(c.lambda, n) * n;
@@ -288,6 +294,7 @@ bool update_contacts(World& world, Island& a) {
   bool converged = true;
   for (ContactRow& t : a.scratch.contact_rows) {
     Contact& c = contacts_of(world)[t.contact];
+    PANTIN_ASSERT(t.side > 0);
     const Vec3 error = t.goal - moved_to(a, t);
     update_nonlinearity(a, t, c.point_a);
     const Real depth = glm::dot(c.normal, t.goal - moved_to(a, t));
@@ -299,6 +306,7 @@ bool update_contacts(World& world, Island& a) {
 void push_out_trees(World& world, Island& a) {
   for (const Tree& tree : a.trees) {
     if (a.parents[tree.first] != kFree) continue;
+    PANTIN_ASSERT(tree.first + tree.count <= a.count());
     for (int round = 0; round < 4; ++round) {
       HalfSpaces planes;
       for (const ContactRow& t : a.scratch.contact_rows) {
@@ -320,6 +328,7 @@ void push_out_trees(World& world, Island& a) {
 }
 
 Vec3 moved_to(const Island& a, const ContactRow& t) {
+  PANTIN_ASSERT(t.column < a.scratch.translation.size() && t.column < a.scratch.rotation.size());
   return t.predicted + t.nonlinearity + a.scratch.translation[t.column] +
          glm::cross(a.scratch.rotation[t.column], t.arm);
 }

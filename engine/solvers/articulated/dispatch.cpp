@@ -1,6 +1,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "engine/base/check.hpp"
 #include "engine/base/compiler.hpp"
 #include "engine/solvers/articulated/kernels.hpp"
 
@@ -29,6 +30,7 @@ const Kernels& choose() {
     best = *k;
     if (bias && std::strcmp(bias, (*k)->name) == 0) break;
   }
+  PANTIN_ASSERT(best);
   return *best;
 }
 

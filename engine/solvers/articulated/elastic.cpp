@@ -7,6 +7,7 @@ namespace {
 
 /// Of one cable with its ends at `a` and `b`.
 Real energy_between(const CableParameters& s, Vec3 a, Vec3 b) {
+  PANTIN_ASSERT(s.compliance > 0);
   const Real over = glm::length(b - a) - s.length;
   return over > 0 ? 0.5 * over * over / s.compliance : 0;
 }

@@ -35,6 +35,7 @@ inline Real force_of_multiplier(const Island& a) {
 /// A body as it enters the step, fixed or kinematic ones as they were before it.
 GroupBody gather_pose(const World& world, std::uint32_t slot, Real h);
 inline GroupTree* tree_of(GroupScratch& r, const GroupScratch::Range& range, std::uint32_t body) {
+  PANTIN_ASSERT(range.first_body + body < r.bodies.size());
   const std::uint32_t node = r.bodies[range.first_body + body].node;
   if (node == kNoNode) return nullptr;
   return &r.trees[range.first_tree + r.nodes[range.first_node + node].tree];

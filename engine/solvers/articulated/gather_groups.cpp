@@ -39,6 +39,7 @@ GroupBody gather_body(const World& world, const Island& a, std::size_t column) {
 GroupNode gather_node(const World& world, const Island& a, std::size_t column) {
   GroupNode n;
   n.column = static_cast<std::uint32_t>(column);
+  PANTIN_ASSERT(column < a.count());
   n.mass = a.constants.at(kMass, column), n.inertia = a.constants.vec(kInertia, column);
   n.own_anchor = a.constants.vec(kOwnAnchor, column);
   n.parent_anchor = a.constants.vec(kParentAnchor, column);
@@ -65,6 +66,7 @@ GroupNode gather_node(const World& world, const Island& a, std::size_t column) {
 /// The way of a tree's anchor.
 void gather_anchor(const World& world, const Island& a, GroupTree& t, Real h) {
   const Tree& tree = a.trees[t.number];
+  PANTIN_ASSERT(t.number < a.trees.size() && a.parents[tree.first] == kHeld);
   t.from = tree.target_before, t.to = tree.target;
   t.anchor_velocity = (t.to - t.from) / h;
   if (tree.held_body == kNoSlot) return;
@@ -110,6 +112,7 @@ void gather_trees(const World& world, GroupScratch& r, const GroupScratch::Range
   for (std::size_t c = 0; c < a.count(); ++c) {
     const std::int32_t parent = a.parents[c];
     if (r.roots[c] == 0) {
+      PANTIN_ASSERT(parent >= 0 && static_cast<std::size_t>(parent) < c);
       r.roots[c] = r.roots[static_cast<std::size_t>(parent)];
       ++r.trees[range.first_tree + r.roots[c]].count;
       continue;
@@ -165,10 +168,11 @@ GroupContact gather_contact(const World& world, std::uint32_t number, const Isla
   const Contact& c = contacts_of(world)[number];
   const Body &a = world.bodies.values()[c.slot_a], &b = world.bodies.values()[c.slot_b];
   GroupContact f;
+  PANTIN_ASSERT(is_own(world, c.slot_a));
   f.contact = number;
   contact::set_axes(f.axes, c.normal);
   // Round shapes are touched below their core, however they turn; corners turn with the body.
-  using Side = contact::Touching::Side;
+  using Side = contact::BodyOfContact::Side;
   f.on_a = contact::touched_place(world, c, {Side::a, a.pose.rotation});
   f.on_b = contact::touched_place(world, c, {Side::b, b.pose.rotation});
   f.friction = c.friction, f.restitution = c.restitution, f.rest = c.rest;
@@ -236,6 +240,7 @@ void end_range(GroupScratch& r, GroupScratch::Range range) {
   range.looped = r.looped.size() - range.first_looped;
   range.steps = r.path_steps.size() - range.first_step;
   range.numbers = r.numbers - range.first_number;
+  PANTIN_ASSERT(range.bodies > 1 && range.contacts > 0);
   r.groups.push_back(range);
 }
 
@@ -301,6 +306,7 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
       r.contacts.push_back(gather_contact(world, r.order[i], island_of(world, c.slot_a)));
       GroupContact& made = r.contacts.back();
       made.a = r.index[c.slot_a], made.b = r.index[c.slot_b];
+      PANTIN_ASSERT(made.a != kNone && made.b != kNone && made.a != made.b);
       if (!are_coupled(r, range, {made.a, made.b})) continue;
       if (i > from && have_same_bodies(made, *(&made - 1))) {
         made.cross = (&made - 1)->cross;

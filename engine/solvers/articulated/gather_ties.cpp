@@ -8,12 +8,13 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Of the size of an island: gaps of its loops that are left to close by and by.
+/// Loop gap, as a fraction of the island's size, that is closed gradually over the steps.
 constexpr Real kOpen = 1e-5;
 
 /// A fixed or kinematic body, once in a group.
 std::uint32_t gather_place(const World& world, GroupScratch& r, const GroupScratch::Range& range,
                            const PlacedAt& at) {
+  PANTIN_ASSERT(at.slot < r.index.size());
   const std::size_t first = range.first_body;
   const std::uint32_t known = r.index[at.slot];
   if (known < r.bodies.size() - first && r.bodies[first + known].slot == at.slot &&
@@ -28,6 +29,7 @@ std::uint32_t gather_place(const World& world, GroupScratch& r, const GroupScrat
 std::uint32_t gather_target(GroupScratch& r, const GroupScratch::Range& range, const PackedPin& pin,
                             Real h) {
   GroupBody place;
+  PANTIN_ASSERT(pin.held_pin != kNone);
   place.slot = UINT32_MAX;
   place.pose.position = pin.target_before;
   place.velocity = (pin.target - pin.target_before) / h;
@@ -79,6 +81,7 @@ void gather_loops(GroupScratch& r, const GroupScratch::Range& range, GroupLoops 
   const auto trees = std::span(r.trees).subspan(range.first_tree + l.first_tree, l.trees);
   std::uint32_t deepest = 0;
   for (GroupTree& t : trees) {
+    PANTIN_ASSERT(t.island == trees.front().island);
     t.loops = number;
     for (std::uint32_t i = t.first; i < t.first + t.count; ++i)
       deepest = std::max(deepest, r.nodes[range.first_node + i].depth + 1);
@@ -116,6 +119,7 @@ std::uint32_t gather_cuts(GroupScratch& r, const GroupScratch::Range& range, con
     if (a.parents[c] < 0 ||
         !r.nodes[range.first_node + r.bodies[range.first_body + t.b].node].free_root)
       continue;
+    PANTIN_ASSERT(r.bodies[range.first_body + t.b].node != kNoNode);
     t.a = r.index[a.slots[static_cast<std::size_t>(a.parents[c])]];
     t.anchor_a = a.constants.vec(kParentAnchor, c), t.anchor_b = a.constants.vec(kOwnAnchor, c);
     t.island = of.number, t.number = c, t.is_joint = true;
@@ -148,6 +152,7 @@ void add_looped(GroupScratch& r, const GroupScratch::Range& range, std::uint32_t
   GroupBody& b = r.bodies[range.first_body + body];
   if (!tree || tree->loops == kNoNode || b.looped != kNoNode) return;
   LoopedBody looped;
+  PANTIN_ASSERT(b.node != kNoNode);
   looped.loops = tree->loops, looped.node = b.node;
   looped.rows = r.numbers - range.first_number;
   b.looped = static_cast<std::uint32_t>(r.looped.size() - range.first_looped);

@@ -17,6 +17,7 @@ void prepare_actuator(const Group& g, std::uint32_t node) {
   GroupNode& n = g.nodes[node];
   GroupActuator& by = n.actuator;
   const Quat parent = parent_rotation(g, n);
+  PANTIN_ASSERT(by.dof && n.joint);
   by.axis = sign_of(*n.joint) * actuated_axis(*n.joint, n.rotation, parent);
   by.angle = unwound(coordinate_of(*n.joint, n.rotation, parent), by.angle);
   by.response = glm::dot(by.axis, joint_response(g, n, by.axis));

@@ -7,7 +7,7 @@ namespace pantin::detail::articulated {
 namespace {
 
 /// Of the energy of a substep.
-constexpr Real kRounding = 1e-9;
+constexpr Real kEnergyRounding = 1e-9;
 
 }  // namespace
 
@@ -94,7 +94,7 @@ void bound_energy(const Group& g, Real before) { slow_bodies(g, kinetic_energy(g
 
 void slow_bodies(const Group& g, Real now, Real before) {
   before = std::max(Real(0), before);
-  if (!(now > (1 + kRounding) * before)) return;
+  if (!(now > (1 + kEnergyRounding) * before)) return;
   const Real part = std::sqrt(before / now);
   for (GroupBody& b : g.bodies)
     if (b.per_mass > 0) b.velocity *= part, b.spin *= part, b.angular_momentum *= part;

@@ -56,6 +56,7 @@ Vec3 strike(Pair& pair, const GroupContact& c, Real speed) {
 /// as if they had come from where that leads back to. Trees, which are not moved back, meet at the
 /// start of the substep, with the speed that they have there. False if they do not meet.
 bool meet(const Group& g, GroupContact& c, Real h) {
+  PANTIN_ASSERT(c.works && c.restitution > 0);
   GroupBody &a = g.a(c), &b = g.b(c);
   const Vec3 n = c.axes[0];
   Pair pair = begin_pair(g, pair_of(c));

@@ -11,9 +11,9 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// rad: a limit farther away than this is not looked at in a substep. How much faster a joint may
-/// turn than expected before it is looked at again, rad/s.
-constexpr Real kNear = 0.15, kSuddenSpin = 20;
+/// rad: a limit with more clearance is not checked in a substep. rad/s: the extra joint speed that
+/// is allowed for until the next check.
+constexpr Real kWatchedClearance = 0.15, kUnexpectedSpin = 20;
 
 void add_drive(const Group& g, GroupNode& n, const GroupPart& part) {
   const JointDrive& drive = *n.drive;
@@ -33,6 +33,7 @@ void add_drive(const Group& g, GroupNode& n, const GroupPart& part) {
 }  // namespace
 
 void prepare_springs(const Group& g, GroupNode& n, const GroupPart& part) {
+  PANTIN_ASSERT(n.joint && n.has_spring);
   const JointLimits& limits = n.joint->joint.limits;
   if (limits.soft_zone > 0) {
     JointLimit found[4];
@@ -51,6 +52,7 @@ void prepare_springs(const Group& g, GroupNode& n, const GroupPart& part) {
 void bound_drives(const Group& g, Real h) {
   for (GroupNode& n : g.nodes) {
     if (!n.drive || !(h > 0)) continue;
+    PANTIN_ASSERT(n.joint);
     const Vec3 parent =
         n.parent == kNoNode ? g.trees[n.tree].held_spin : g.bodies[g.nodes[n.parent].body].spin;
     const Vec3 turning = g.bodies[n.body].spin - parent;
@@ -63,6 +65,7 @@ void bound_drives(const Group& g, Real h) {
 
 void prepare_limits(const Group& g, std::uint32_t node, Real h) {
   GroupNode& n = g.nodes[node];
+  PANTIN_ASSERT(n.joint && n.is_limited);
   if (n.unlimited_for > 0) {
     --n.unlimited_for;
     return;
@@ -71,8 +74,8 @@ void prepare_limits(const Group& g, std::uint32_t node, Real h) {
   find_limits(*n.joint, n.rotation, parent_rotation(g, n), found);
   for (int s = 0; s < 4; ++s) {
     GroupLimit& limit = n.limits[s];
-    limit.listed =
-        found[s].watched && (found[s].both_ways || limit.impulse > 0 || found[s].clearance < kNear);
+    limit.listed = found[s].watched && (found[s].both_ways || limit.impulse > 0 ||
+                                        found[s].clearance < kWatchedClearance);
     if (!limit.listed) {
       limit.impulse = limit.before = 0;
       continue;
@@ -96,7 +99,7 @@ void prepare_limits(const Group& g, std::uint32_t node, Real h) {
   const Vec3 parent =
       n.parent == kNoNode ? g.trees[n.tree].held_spin : g.bodies[g.nodes[n.parent].body].spin;
   const Real spin = glm::length(g.bodies[n.body].spin - parent);
-  const Real substeps = nearest / (h * (2 * spin + kSuddenSpin));
+  const Real substeps = nearest / (h * (2 * spin + kUnexpectedSpin));
   n.unlimited_for = substeps < 1000 ? static_cast<int>(substeps) : 0;
 }
 
@@ -118,6 +121,7 @@ Real solve_limits(const Group& g, Real h, const LimitSpring& spring) {
     if (!n.is_limited) continue;
     for (GroupLimit& limit : n.limits) {
       if (!limit.listed) continue;
+      PANTIN_ASSERT(limit.response > 0);
       const Real speed = glm::dot(limit.along, relative_spin(g, i));
       // Bodies are never turned beyond a limit (group_motion.cpp). A spring takes hold a little
       // before it: loads of heaps come to rest on that.

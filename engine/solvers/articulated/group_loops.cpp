@@ -7,11 +7,12 @@
 // there of unit impulses at a tie, on its way to the root. A = L L^T is factored once a substep,
 // row by row from the first tie to which one responds.
 //
-// Impulses of contacts, springs and cables count with what the loops make of them: a body that
-// these push has rows Z = W L^-T more, W being the ties' response to an impulse on it, with which
-// its response is that without loops less Z^T Z. While such impulses are iterated, L z = u + ...
-// follows them: z += Z f, and the loops change the body's motion by -Z^T z. At the end p = -L^-T z
-// acts on the trees. So a heavy ball on a light net is stopped by one impulse, not by a thousand.
+// Impulses of contacts, springs and cables act through the response with closed loops. A body that
+// they push has further rows Z = W L^-T, where W is the ties' response to an impulse on it; with
+// closed loops its response is W_0 - Z^T Z, W_0 being that without loops. While such impulses are
+// iterated, z follows them by z += Z f, and the loops change the body's motion by -Z^T z. At the
+// end p = -L^-T z acts on the trees. So one impulse stops a heavy ball on a light net, not a
+// thousand.
 //
 // Blocks are of three rows and three columns; rows of a block lie side by side, filled up to four.
 #include <algorithm>
@@ -22,10 +23,10 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Of the response of a rigid tie: where nothing can give way, the tie does.
+/// Regularisation, as a fraction of the response of a rigid tie: singular loops stay solvable.
 constexpr Real kYield = 1e-7;
-/// Of the inertia of a body: what pulls at it resists its turning only where that, over a substep,
-/// is more.
+/// Geometric stiffness is added only where, over a substep, it exceeds this fraction of the body's
+/// inertia.
 constexpr Real kTaut = 1;
 /// Of the mass of a body, on which something fixed presses.
 constexpr Real kFixedMass = 1e3;
@@ -35,6 +36,7 @@ constexpr Real kFastestReturn = 4;
 constexpr std::size_t kWide = kBlockWide;
 
 Real* row_of(const Group& g, const GroupLoops& l, std::size_t tie) {
+  PANTIN_ASSERT(tie < l.ties);
   return g.loop_numbers.data() + l.factor + tie * l.ties * 3 * kWide;
 }
 std::span<GroupTie> ties_of(const Group& g, const GroupLoops& l) {
@@ -59,6 +61,7 @@ Wrenches passed_on(const GroupNode& n, const Wrenches& f) {
 /// Adds to a way towards the root; true while there is a parent.
 bool climb(const Group& g, std::uint32_t& node, Wrenches& f, PathStep*& to) {
   const GroupNode& n = g.nodes[node];
+  PANTIN_ASSERT(to < g.path_steps.data() + g.path_steps.size());
   *to++ = {node, f.torque, f.force};
   node = n.parent;
   if (node == kNoNode) return false;
@@ -171,6 +174,7 @@ struct Blocks {
 /// Solves x L^T = x in these, for three rows.
 void divide_row(const Group& g, const GroupLoops& l, Real* row, Blocks blocks) {
   const auto [first, end] = blocks;
+  PANTIN_ASSERT(first <= end && end <= l.ties);
   const std::span<GroupTie> ties = ties_of(g, l);
   for (std::uint32_t j = first; j < end; ++j) {
     const std::size_t from = std::max(first, ties[j].first), width = 3 * kWide;
@@ -240,10 +244,12 @@ void solve_backwards(const Group& g, const GroupLoops& l) {
 }
 
 Vec3 left_of(const Group& g, const GroupLoops& l, std::uint32_t tie) {
+  PANTIN_ASSERT(tie < l.ties);
   const Real* z = g.loop_numbers.data() + l.left + 3 * tie;
   return {z[0], z[1], z[2]};
 }
 void set_left(const Group& g, const GroupLoops& l, std::uint32_t tie, Vec3 v) {
+  PANTIN_ASSERT(tie < l.ties);
   Real* z = g.loop_numbers.data() + l.left + 3 * tie;
   z[0] = v.x, z[1] = v.y, z[2] = v.z;
 }
@@ -340,6 +346,7 @@ void prepare_looped(const Group& g, std::uint32_t body) {
   LoopedBody& looped = g.looped[b.looped];
   const GroupLoops& l = g.loops[looped.loops];
   const std::size_t width = 3 * kWide;
+  PANTIN_ASSERT(b.node == looped.node);
   Real* const by_force = g.loop_numbers.data() + looped.rows;
   Real* const by_torque = by_force + l.ties * width;
   for (Real* row : {by_force, by_torque}) {
@@ -393,6 +400,7 @@ void end_loops(const Group& g) {
 }
 
 Wrench change_by_loops(const Group& g, const LoopedBody& b) {
+  PANTIN_ASSERT(b.known);
   const GroupLoops& l = g.loops[b.loops];
   const Real* z = g.loop_numbers.data() + l.left;
   const Real* by_force = g.loop_numbers.data() + b.rows;
@@ -407,6 +415,7 @@ Wrench change_by_loops(const Group& g, const LoopedBody& b) {
 }
 
 void push_looped(const Group& g, const LoopedBody& b, const Wrench& impulse) {
+  PANTIN_ASSERT(b.known);
   const GroupLoops& l = g.loops[b.loops];
   Real* z = g.loop_numbers.data() + l.left;
   const Real* by_force = g.loop_numbers.data() + b.rows;
@@ -431,6 +440,7 @@ void close_cuts(const Group& g) {
   for (const GroupLoops& l : g.loops)
     for (const GroupTie& t : ties_of(g, l)) {
       if (!t.is_joint) continue;
+      PANTIN_ASSERT(node_of(g, t.b) != kNoNode);
       const GroupTree& tree = g.trees[g.nodes[node_of(g, t.b)].tree];
       const Vec3 way =
           to_world(g.bodies[t.a].pose, t.anchor_a) - to_world(g.bodies[t.b].pose, t.anchor_b);
@@ -458,10 +468,12 @@ void push_closing(const Group& g, const GroupLoops& l) {
 
 CrossResponse cross_response_of(const Group& g, std::uint32_t a, std::uint32_t b) {
   const std::uint32_t node = node_of(g, a), on = node_of(g, b);
+  PANTIN_ASSERT(node != kNoNode && on != kNoNode);
   CrossResponse x;
   if (g.nodes[node].tree == g.nodes[on].tree) x = cross_response(g, node, on);
   if (g.bodies[a].looped == kNoNode || g.bodies[b].looped == kNoNode) return x;
   const LoopedBody &first = g.looped[g.bodies[a].looped], &second = g.looped[g.bodies[b].looped];
+  PANTIN_ASSERT(first.loops == second.loops && first.known && second.known);
   const std::size_t columns = 3 * g.loops[first.loops].ties;
   const Real* const rows_a = g.loop_numbers.data() + first.rows;
   const Real* const rows_b = g.loop_numbers.data() + second.rows;

@@ -8,8 +8,8 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// m: a body may miss where its velocity leads by so much, in a substep.
-constexpr Real kEnough = 1e-5;
+/// m, in a substep: tolerance between the integrated pose and the pose that the joints allow.
+constexpr Real kPoseTolerance = 1e-5;
 constexpr int kMostRounds = 4;
 /// Of the gaps that loops may keep: those for which their equations are solved once more.
 constexpr Real kNearlyClosed = 1.5;
@@ -85,6 +85,7 @@ void place_by_joints(const Group& g, const GroupTree& t, const Moved& to) {
       b.pose.rotation = n.turned;
       continue;
     }
+    PANTIN_ASSERT(n.parent == kNoNode || n.parent < i);
     const GroupBody* p = n.parent == kNoNode ? nullptr : &g.bodies[g.nodes[n.parent].body];
     b.pose.rotation = as_allowed(n, n.turned, p ? p->pose.rotation : to.held);
     b.pose.position =
@@ -151,7 +152,7 @@ void push_towards_goals(const Group& g, const GroupTree& t) {
 void close_joints(const Group& g, const GroupTree& t, const Moved& to) {
   place_by_joints(g, t, to);
   Miss miss = miss_of(g, t);
-  for (int round = 0; round < kMostRounds && miss.largest > kEnough; ++round) {
+  for (int round = 0; round < kMostRounds && miss.largest > kPoseTolerance; ++round) {
     push_towards_goals(g, t);
     // Linear, so that no body turns far.
     turn_by(g, t, kFarthestTurn / std::max(kFarthestTurn, respond_to_impulses(g, t)));
@@ -274,6 +275,7 @@ void slow_to_way(const Group& g, const GroupTree& t, Real h) {
     kept += n.mass * glm::dot(change, change), all += n.mass * glm::dot(velocity, velocity);
   }
   if (!(gained < 0)) return;
+  PANTIN_ASSERT(h > 0);
   const Real share = std::min(Real(1), std::sqrt(kept / all) / kFastWay) / h;
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i)
     g.bodies[g.nodes[i].body].velocity += share * g.nodes[i].missed_by;

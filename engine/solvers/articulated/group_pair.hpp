@@ -17,6 +17,7 @@ struct Side {
         response(body.node == kNoNode ? nullptr : &g.nodes[body.node].response),
         velocity(body.velocity),
         spin(body.spin) {
+    PANTIN_ASSERT(body.looped == kNoNode || body.node != kNoNode);
     if (body.looped == kNoNode || !g.looped[body.looped].known) return;
     const LoopedBody& looped = g.looped[body.looped];
     response = &looped.response;
@@ -85,6 +86,7 @@ inline Pair begin_pair(const Group& g, const PairOf& c) {
       if (g.bodies[i].node != kNoNode) visit(g, g.bodies[i].node);
     return {{g, c.a}, {g, c.b}, nullptr};
   }
+  PANTIN_ASSERT(g.bodies[c.a].node != kNoNode && g.bodies[c.b].node != kNoNode);
   visit(g, g.bodies[c.b].node);
   const Side b(g, c.b);
   visit(g, g.bodies[c.a].node);

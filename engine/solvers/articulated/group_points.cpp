@@ -36,6 +36,7 @@ Goal goal_of(const GroupContact& c, const Softness& spring, const Substep& s, Sw
 }  // namespace
 
 Vec3 solve_point(const Pair& pair, GroupContact& c, const Goal& goal) {
+  PANTIN_ASSERT(c.along > 0 && c.aside > 0);
   const Vec3 u = pair.speed_of(leads_of(c));
   const Real un = glm::dot(c.axes[0], u);
   const Real normal =
@@ -63,6 +64,7 @@ Real solve_points(const Group& g, std::span<GroupContact> points, const Substep&
   Real most = 0, first = 0;
   const auto working = std::count_if(points.begin(), points.end(), [](auto& c) { return c.works; });
   if (working == 0) return most;
+  PANTIN_ASSERT(have_same_bodies(points.front(), points.back()));
   const bool rolls = points.front().rolling != kNoNode;
   // What is left of a pair of trees would swing on through their joints.
   const bool converges = rolls || s.hard || g.trees.empty();

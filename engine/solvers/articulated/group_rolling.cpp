@@ -18,6 +18,7 @@ Vec3 spin_response(const Pair& pair, Vec3 torque) {
 
 /// N m s.
 contact::RollingBounds bounds_of(const Group& g, const GroupRolling& r) {
+  PANTIN_ASSERT(is_part(r.first, r.count, g.contacts.size()));
   contact::RollingBounds b;
   for (const GroupContact& c : g.contacts.subspan(r.first, r.count)) b.add(c.lengths, c.impulse.x);
   return b;
@@ -53,6 +54,7 @@ Real solve_rolling(const Group& g, Pair& pair, GroupRolling& r) {
 
 void push(const Group& g, GroupRolling& r) {
   r.impulse = bounds_of(g, r).bounded(r.impulse);
+  PANTIN_ASSERT(r.count > 0);
   if (r.impulse == Vec3(0)) return;
   const PairOf both = pair_of(g.contacts[r.first]);
   Pair pair = begin_pair(g, both);

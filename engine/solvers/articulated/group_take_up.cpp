@@ -19,6 +19,7 @@ constexpr Real kLeastRest = 1e-12;
 /// m, by which a contact's spring is compressed.
 Real compression(const Group& g, const GroupContact& c, const Substep& s) {
   const Softness& spring = spring_of(g, c, s);
+  PANTIN_ASSERT(spring.rate > 0 && spring.by_mass > 0);
   return spring.by_impulse * c.impulse.x * c.along / (spring.by_mass * spring.rate);
 }
 

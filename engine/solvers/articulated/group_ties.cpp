@@ -30,6 +30,7 @@ Real stiffness_of(const GroupTie& t, Real h) { return h * (h * t.stiffness + t.d
 
 /// The change of a cable's tension. One that is slack is left the way that it has.
 Real solve_cable(GroupTie& t, Real speed, Real h, Real part) {
+  PANTIN_ASSERT(t.kind == GroupTie::Kind::cable && t.along > 0);
   const Real stretch = glm::length(t.apart) - t.length;
   Real more = 0;
   if (t.stiffness > 0) {
@@ -55,6 +56,7 @@ void place_tie(const Group& g, GroupTie& t) {
 
 void prepare_tie(const Group& g, GroupTie& t, Real h) {
   place_tie(g, t);
+  PANTIN_ASSERT(t.kind != GroupTie::Kind::rigid && h > 0);
   prepare_looped(g, t.a), prepare_looped(g, t.b);
   if (t.cross != kNoNode) g.crosses[t.cross] = cross_response_of(g, t.a, t.b);
   const Pair pair{{g, t.a}, {g, t.b}, t.cross == kNoNode ? nullptr : &g.crosses[t.cross]};

@@ -43,6 +43,7 @@ const Vec3 kAxes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
 Mat3 mobility_of(const GroupNode& n, Quat parent) {
   const Turns turns = n.joint ? turns_of(n.joint->joint.kind) : Turns::freely;
+  PANTIN_ASSERT(turns != Turns::own);
   if (turns == Turns::freely) return compliance_of(n.whole.tt + n.spring, kAxes, 3);
   const FreeAxes axes = free_axes(*n.joint, n.rotation, parent);
   const Vec3 free[3] = {axes.first, axes.second, Vec3(0)};
@@ -50,7 +51,7 @@ Mat3 mobility_of(const GroupNode& n, Quat parent) {
   return compliance_of(n.whole.tt + n.spring, free, count);
 }
 
-/// What the parent of a body is given of its inertia, at the parent's joint.
+/// Adds the articulated inertia that a body passes on to its parent, at the parent's joint.
 void add_inertia(SpatialInertia& parent, const GroupNode& n) {
   const Mat3 turned = n.whole.ft * n.mobility;
   const Mat3 ff = n.whole.ff - turned * glm::transpose(n.whole.ft);
@@ -97,10 +98,11 @@ Following operator*(const Following& x, const Following& y) {
           x.wv * y.vw + x.ww * y.ww};
 }
 
-/// Rounding errors that are not symmetric would grow from joint to joint.
+/// Made symmetric: rounding errors that are not would grow from joint to joint.
 Mat3 symmetric(const Mat3& m) { return 0.5 * (m + glm::transpose(m)); }
 
-/// The response of a body: that of its joint with the parent held, and what the parent gives way.
+/// The response of a body: the response with the parent fixed, plus what the parent's own response
+/// passes on.
 void find_response(const Group& g, GroupNode& n) {
   n.response = {Mat3(0), Mat3(0), n.mobility};
   if (n.parent == kNoNode) return;
@@ -177,6 +179,7 @@ void respond(GroupBody& b, const Response& r, const Wrench& f) {
 
 /// A wrench at a joint reaches the parent.
 void give_parent(const Group& g, const GroupNode& n, const Wrench& passed) {
+  PANTIN_ASSERT(n.parent != kNoNode);
   GroupNode& p = g.nodes[n.parent];
   const Wrench there = at_parent(n, passed);
   p.pending += there;
@@ -207,6 +210,7 @@ void prepare_tree(const Group& g, GroupTree& t, const GroupPart& part) {
     n.mobility = mobility_of(n, parent);
     n.torque = n.pending.torque + n.spring_torque;
     if (n.parent == kNoNode) continue;
+    PANTIN_ASSERT(n.parent < i);
     GroupNode& to = g.nodes[n.parent];
     to.pending += at_parent(n, passed_on(n, n.pending, n.mobility * n.torque));
     add_inertia(to.whole, n);
@@ -228,6 +232,7 @@ void prepare_tree(const Group& g, GroupTree& t, const GroupPart& part) {
 }  // namespace
 
 Quat held_rotation_at(const GroupTree& t, Real fraction) {
+  PANTIN_ASSERT(is_range(0, fraction));
   if (fraction >= 1) return t.held_after.rotation;
   const Quat before = t.held_before.rotation;
   return glm::normalize(fraction_of(t.held_after.rotation * glm::conjugate(before), fraction) *
@@ -243,11 +248,13 @@ void prepare_trees(const Group& g, const GroupPart& part) {
 }
 
 void visit(const Group& g, std::uint32_t node) {
+  PANTIN_ASSERT(node < g.nodes.size());
   GroupTree& t = g.trees[g.nodes[node].tree];
   if (t.at == node) return;
   std::uint32_t from = t.at, to = node;
   const auto climb = [&] {
     const std::uint32_t parent = g.nodes[to].parent;
+    PANTIN_ASSERT(parent != kNoNode);
     g.nodes[parent].next = to;
     to = parent;
   };
@@ -264,6 +271,7 @@ void visit(const Group& g, std::uint32_t node) {
 
 void apply(const Group& g, std::uint32_t node, const Wrench& impulse) {
   GroupNode& n = g.nodes[node];
+  PANTIN_ASSERT(g.trees[n.tree].at == node);
   n.pending += impulse, n.load += impulse;
   respond(g.bodies[n.body], n.response, impulse);
 }
@@ -293,6 +301,7 @@ Wrench passed_of_torque(const GroupNode& n, Vec3 torque) {
 }  // namespace
 
 Vec3 relative_spin(const Group& g, std::uint32_t node) {
+  PANTIN_ASSERT(!g.nodes[node].free_root);
   const Wrench parent = visit_parent(g, node);
   return spin_of(g.nodes[node], g.nodes[node].torque, parent) - parent.torque;
 }
@@ -300,6 +309,7 @@ Vec3 relative_spin(const Group& g, std::uint32_t node) {
 void apply_at_joint(const Group& g, std::uint32_t node, Vec3 torque) {
   GroupNode& n = g.nodes[node];
   visit_parent(g, node);
+  PANTIN_ASSERT(!n.free_root);
   n.torque += torque;
   if (n.parent == kNoNode)
     go_out(g, g.trees[n.tree], n);
@@ -320,6 +330,7 @@ Vec3 joint_response(const Group& g, const GroupNode& n, Vec3 along) {
 }
 
 CrossResponse cross_response(const Group& g, std::uint32_t node, std::uint32_t on) {
+  PANTIN_ASSERT(g.nodes[node].tree == g.nodes[on].tree);
   Following to, from;
   const auto climb = [&](std::uint32_t& i, Following& x) {
     x = x * following_of(g.nodes[i]);

@@ -10,6 +10,11 @@ namespace pantin::detail::articulated {
 /// The island as seen by the kernels.
 IslandView view_of(World& world, Island& a);
 
+/// Asserts how an island is packed, and a group gathered; nothing where builds are not checked
+/// (invariants.cpp).
+void assert_packed(const Island& a);
+void assert_gathered(const Group& g);
+
 /// The end of compile(): the state of the previous islands is carried over to those made from the
 /// same bodies. Islands that are built as they were go on as they were.
 void carry_over(World& world, std::vector<Island>& before, std::vector<Island>& made);
@@ -298,15 +303,18 @@ Vec3 solve_symmetric(const Mat3& m, Vec3 b);
 /// Articulated mass and bias at the joint of a body, from the kernels' inward pass; ball joints
 /// only.
 inline Mat3 articulated_mass(const Island& a, std::size_t c) {
+  PANTIN_ASSERT(kNodeSize * (c + 1) <= a.scratch.nodes.size());
   const Real* g = a.scratch.nodes.data() + kNodeSize * c + kArticulatedMass;
   return Mat3(g[0], g[4], g[8], g[1], g[5], g[9], g[2], g[6], g[10]);
 }
 inline Vec3 articulated_bias(const Island& a, std::size_t c) {
+  PANTIN_ASSERT(kNodeSize * (c + 1) <= a.scratch.nodes.size());
   const Real* g = a.scratch.nodes.data() + kNodeSize * c + kArticulatedMass;
   return {g[3], g[7], g[11]};
 }
 /// Rotation per displacement of the own joint point, times a displacement.
 inline Vec3 times_response(const Island& a, std::size_t c, Vec3 y) {
+  PANTIN_ASSERT(kNodeSize * (c + 1) <= a.scratch.nodes.size());
   const Real* n = a.scratch.nodes.data() + kNodeSize * c + kResponse;
   return {n[0] * y.x + n[1] * y.y + n[2] * y.z, n[4] * y.x + n[5] * y.y + n[6] * y.z,
           n[8] * y.x + n[9] * y.y + n[10] * y.z};

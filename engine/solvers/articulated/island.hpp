@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/base/fields.hpp"
+#include "engine/base/invariants.hpp"
 #include "engine/base/math.hpp"
 #include "engine/joints/joint.hpp"
 #include "engine/joints/stops.hpp"
@@ -36,14 +37,17 @@ class LaneTable {
   Real at(std::size_t row, std::size_t column) const { return numbers_[place(row, column)]; }
   Vec3 vec(std::size_t row, std::size_t column) const {
     const std::size_t p = place(row, column);
+    PANTIN_ASSERT(row + 3 <= rows_);
     return {numbers_[p], numbers_[p + kLanes], numbers_[p + 2 * kLanes]};
   }
   void set(std::size_t row, std::size_t column, Vec3 v) {
     const std::size_t p = place(row, column);
+    PANTIN_ASSERT(row + 3 <= rows_);
     numbers_[p] = v.x, numbers_[p + kLanes] = v.y, numbers_[p + 2 * kLanes] = v.z;
   }
   Quat quat(std::size_t row, std::size_t column) const {
     const std::size_t p = place(row, column);
+    PANTIN_ASSERT(row + 4 <= rows_);
     return Quat(numbers_[p + 3 * kLanes], numbers_[p], numbers_[p + kLanes],
                 numbers_[p + 2 * kLanes]);
   }
@@ -61,6 +65,7 @@ class LaneTable {
 
  private:
   std::size_t place(std::size_t row, std::size_t column) const {
+    PANTIN_ASSERT(row < rows_ && (column / kLanes + 1) * rows_ * kLanes <= numbers_.size());
     return (column / kLanes * rows_ + row) * kLanes + column % kLanes;
   }
 
@@ -360,16 +365,16 @@ struct IslandMemory {
   std::vector<JointMemory> joint_memory;  // by column, as `joints`
   int calm_steps = 0;
   int iterating = 0;  // steps that iterate from the start, since guessing the active set failed
-  int projected_steps = 0;   // still to be taken so, since the energy-momentum method failed
-  Real quiet_time = 0;       // s, with all speeds below the sleep speed
-  std::vector<Pose> rests;   // by column, of what is solid: where bodies were when last moved away
-  Real rest_time = 0;        // s, since then
-  bool rested = false;       // before that they had not moved away for long
-  bool asleep = false;       // asleep until something wakes it
-  Vec3 asleep_gravity{0};    // gravity when it fell asleep, m/s^2
-  bool fresh = true;         // no step was taken yet, or the state was reset
-  Real last_step = 0;        // s
-  Real reserve = 0;          // J, recent numerical losses, which the limiter allows to return
+  int projected_steps = 0;  // still to be taken so, since the energy-momentum method failed
+  Real quiet_time = 0;      // s, with all speeds below the sleep speed
+  std::vector<Pose> rests;  // by column, of what is solid: where bodies were when last moved away
+  Real rest_time = 0;       // s, since then
+  bool rested = false;      // ... and the interval before that one was long enough to count as rest
+  bool asleep = false;      // asleep until something wakes it
+  Vec3 asleep_gravity{0};   // gravity when it fell asleep, m/s^2
+  bool fresh = true;        // no step was taken yet, or the state was reset
+  Real last_step = 0;       // s
+  Real reserve = 0;         // J, recent numerical losses, which the limiter allows to return
   bool has_targets = false;  // targets of roots and pins are known from the last step
   bool driven = false;       // one of its anchors moved in the last step
   // Of solvers that do not conserve energy: bound on the energy, and scale of the motion.

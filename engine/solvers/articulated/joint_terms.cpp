@@ -67,6 +67,7 @@ void find_cone_side(const SwingLimit& limit, const At& at, Vec3 swing, JointStop
 
 /// The limits of a joint: angle low and high, second angle low and high (or one for swing).
 void measure_stops(const At& at, JointStop (&out)[4]) {
+  PANTIN_ASSERT(turns_of(at.packed.joint.kind) != Turns::own);
   const Joint& joint = at.packed.joint;
   const JointLimits& limits = joint.limits;
   switch (turns_of(joint.kind)) {
@@ -129,6 +130,7 @@ void add_soft_zones(const JointLimits& limits, const LoadScale& scale, JointTerm
     // Tested at the prediction: a joint that leaves the zone is released in the next step.
     limit.soft = limits.soft_zone - limit.clearance;
     if (!(limit.soft > 0)) continue;
+    PANTIN_ASSERT(scale.h > 0);
     const Real k = limits.soft_stiffness * scale.to_load;
     const Real d = limits.soft_damping * scale.to_load / scale.h;
     add_spring(t, k + d, limit.along, -k * limit.soft - d * glm::dot(limit.along, t.way));
@@ -137,6 +139,7 @@ void add_soft_zones(const JointLimits& limits, const LoadScale& scale, JointTerm
 
 /// The drive as an implicit spring, without its torque limit.
 void add_drive(const World& world, const At& at, const LoadScale& scale, JointTerms& t) {
+  PANTIN_ASSERT(at.packed.drive < world.joint_drives.size());
   const JointDrive& drive = world.joint_drives.values()[at.packed.drive];
   const Quat own = at.own_at(at.rotation);
   const Quat target = target_at(drive, world.time + scale.h);
@@ -197,6 +200,7 @@ void find_limits(const PackedJoint& joint, Quat own, Quat parent, JointLimit (&o
 void set_terms(const World& world, Island& a, Real h, const Pass& pass) {
   const Work rotation_row = pass.from.rotation;
   const LoadScale scale{.h = h, .to_load = a.force_share * h * h};
+  PANTIN_ASSERT(a.joints.size() == a.count() && a.scratch.terms.size() == a.count());
   for (std::size_t c = 0; c < a.count(); ++c) {
     PackedJoint& j = a.joints[c];
     if (!j.stiff) continue;
@@ -244,6 +248,7 @@ void set_terms(const World& world, Island& a, Real h, const Pass& pass) {
 void regularise_limits(Island& a) {
   for (std::size_t c = 0; c < a.joints.size(); ++c) {
     if (!a.joints[c].stiff) continue;
+    PANTIN_ASSERT(a.scratch.terms.size() == a.joints.size());
     const Mat3& tt = a.scratch.base[c].tt;
     for (LimitRow& limit : a.scratch.terms[c].limits)
       if (!limit.both_ways) limit.weight = kLimitWeight * (tt[0][0] + tt[1][1] + tt[2][2]);
@@ -278,6 +283,7 @@ void find_limit_lambdas(JointTerms& t, Vec3 rotation, Vec3 translation) {
 bool update_limits(Island& a, std::size_t c, const JointResponse& moved) {
   PackedJoint& j = a.joints[c];
   JointTerms& t = a.scratch.terms[c];
+  PANTIN_ASSERT(j.stiff && a.parents[c] != kFree);
   JointStop excess[4];
   const At at(j, moved.own, moved.parent);
   measure_stops(at, excess);

@@ -7,7 +7,7 @@
 namespace pantin::detail::articulated {
 namespace {
 
-constexpr Real kRounding = 1e-13;  // of the kinetic energy
+constexpr Real kKineticRounding = 1e-13;  // of the kinetic energy
 
 /// Work done on the island at its anchors, J.
 Real work_of_anchors(const World& world, const Island& a, const EndSums& end, Real h) {
@@ -97,7 +97,7 @@ Real slow_down(Island& a, const IslandView& p, const EndSums& end, Real allowed)
   const Vec3 momentum(end.momentum[0], end.momentum[1], end.momentum[2]);
   const Vec3 mean = free ? momentum / mass : Vec3(0);
   const Real whole = free ? 0.5 * mass * glm::dot(mean, mean) : 0;
-  const Real rest = end.kinetic - whole, within = rest > kRounding * end.kinetic ? rest : 0;
+  const Real rest = end.kinetic - whole, within = rest > kKineticRounding * end.kinetic ? rest : 0;
   const Real left = std::max(Real(0), allowed - end.potential - whole);
   const Real factor = within > 0 ? std::sqrt(std::min(Real(1), left / within)) : 1;
   if (factor == 1) return end.potential + end.kinetic;
@@ -121,6 +121,7 @@ Real potential_of_final(const World& world, const Island& a) {
 void take_back(World& world, Island& a, const IslandView& p, Real allowed) {
   const Kernels& k = kernels();
   LaneTable& w = a.scratch.work;
+  PANTIN_ASSERT(a.scratch.targets.size() == 3 * a.trees.size());
   for (Real back : {0.5, 0.75, 1.0}) {
     for (std::size_t c = 0; c < a.count(); ++c) {
       const Pose& pose = world.bodies.values()[a.slots[c]].pose;

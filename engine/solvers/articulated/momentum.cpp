@@ -12,6 +12,7 @@ struct MassCentre {
 };
 
 MassCentre mass_centre(const World& world, const Island& a, const Tree& tree) {
+  PANTIN_ASSERT(is_part(tree.first, tree.count, a.count()));
   MassCentre m;
   for (std::size_t c = tree.first; c < tree.first + tree.count; ++c) {
     const Body& b = world.bodies.values()[a.slots[c]];
@@ -85,6 +86,7 @@ void shift(World& world, Island& a, const Tree& tree) {
 /// is `bias`. The step is Island::last_step.
 void set_angular_momentum(World& world, Island& a, const Tree& tree, Vec3 bias) {
   const Real h = a.last_step;
+  PANTIN_ASSERT(h > 0);
   MassCentre centre = mass_centre(world, a, tree);
   const Real torque_fraction = a.fresh ? 0.5 : a.second_order ? 2.0 / 3 : 1.0;
   const Vec3 residual = bias - angular_momentum_about(world, a, tree, centre);

@@ -13,6 +13,7 @@ namespace {
 void set_targets(const World& world, Island& a, Real h) {
   a.scratch.targets.clear();
   const auto place = [&](std::uint32_t body, std::uint32_t pin, Vec3 anchor) {
+    PANTIN_ASSERT(body != UINT32_MAX || pin < world.pins.size());
     return body != UINT32_MAX ? point_on(world, body, anchor) : world.pins.values()[pin].target;
   };
   // In the first step a kinematic body came here from where the joints were closed.
@@ -72,6 +73,7 @@ void collect_forces(const World& world, Island& a) {
     const Force f = found ? *found : Force{};
     // Forces of steps before have left their components behind.
     a.forced = a.forced || f.force != Vec3(0) || f.torque != Vec3(0);
+    PANTIN_ASSERT(!a.scratch.forces.numbers().empty());
     a.scratch.forces.set(0, c, f.force / a.constants.at(kMass, c));
     a.scratch.forces.set(3, c, f.torque);
   }
@@ -122,6 +124,7 @@ Entity find_unsound(const World& world, const Island& a) {
     const PackedJoint& j = a.joints[c];
     if (!j.stiff) continue;
     if (is_actuated(j) && !detail::is_sound(dof_of(world, a, c))) return a.bodies[c];
+    PANTIN_ASSERT(is_index_or_none(j.drive, world.joint_drives.size()));
     if (j.drive != UINT32_MAX && !is_sound(world.joint_drives.values()[j.drive], world.time))
       return a.bodies[c];
   }

@@ -66,6 +66,7 @@ void clamp_parent(Island& a, std::size_t c, Vec3 joint_point) {
 
 /// Closes the joint of a body to its parent.
 void follow_parent(const World& world, Island& a, std::size_t c) {
+  PANTIN_ASSERT(a.parents[c] >= 0);
   const FinalBody parent{a.scratch.work, static_cast<std::size_t>(a.parents[c])};
   const Vec3 goal = parent.point(a.constants.vec(kParentAnchor, c));
   carry(a, c, a.constants.vec(kOwnAnchor, c), goal);
@@ -80,6 +81,8 @@ struct Pull {
 
 /// A sweep from a pin: from its body to the root, then all other bodies outwards.
 void sweep_from(const World& world, Island& a, const Tree& tree, const Pull& from) {
+  PANTIN_ASSERT(from.column - tree.first < tree.count);
+  PANTIN_ASSERT(a.scratch.on_path.size() >= a.count());
   Vec3 anchor = from.anchor, goal = from.goal;
   const std::size_t end = tree.first + tree.count;
   std::fill(a.scratch.on_path.begin() + tree.first,
@@ -131,6 +134,7 @@ Vec3 goal_of(const Island& a, const PackedPin& h) {
 }
 
 const Tree& tree_of(const Island& a, std::size_t column) {
+  PANTIN_ASSERT(column < a.count());
   std::size_t t = 0;
   while (t + 1 < a.trees.size() && a.trees[t + 1].first <= column) ++t;
   return a.trees[t];
@@ -150,6 +154,7 @@ bool pull_cable(const World& world, Island& a, const PackedCable& cord, MovingEn
                         : point_on(world, cord.slot_b, s.anchor_b);
   const Real span = glm::length(pb - pa);
   if (!(span > s.length * (1 + 1e-12))) return false;
+  PANTIN_ASSERT(has_a || has_b);
   const bool move_b = has_b && (preferred == MovingEnd::b || !has_a);
   const Vec3 way = s.length / span * (pb - pa);
   if (move_b)
@@ -213,6 +218,8 @@ void place_free_root(Island& a, const Tree& tree, Real h) {
   const Real mass = a.constants.at(kMass, root);
   const Mat3 inertia = world_inertia(q, a.constants.vec(kInertia, root));
   // Mass of the outboard subtree of each body.
+  PANTIN_ASSERT(a.parents[root] == kFree && tree.count > 1 &&
+                a.scratch.lambdas.size() == a.count());
   std::vector<Vec3>& outboard = a.scratch.lambdas;
   for (std::size_t c = tree.first; c < tree.first + tree.count; ++c)
     outboard[c] = Vec3(a.constants.at(kMass, c), 0, 0);

@@ -22,6 +22,8 @@ void catch_up(World& world, const StepTask& task) {
     if (!all[i].scratch.predicted) update(world, all[i], task.h);
 }
 
+[[maybe_unused]] bool is_in_two_hands(const Island& a) { return a.mutual && a.in_group; }
+
 /// Islands in contact with one another are solved together, one iteration each in turn.
 void adjust_touching(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
@@ -37,6 +39,7 @@ void adjust_touching(World& world, const StepTask& task) {
       if (all[i].mutual) work(all[i]);
     });
   };
+  PANTIN_ASSERT(std::none_of(all.begin(), all.end(), is_in_two_hands));
   each([&](Island& a) { begin_step(world, a, h), begin_iterating(world, a); });
   bool converged = false;
   for (int n = 0; n < passes && !converged; ++n) {
@@ -68,9 +71,10 @@ bool sleeps(const World& world, std::size_t island) { return islands_of(world)[i
 const char* fault(const World& world) {
   for (const Island& a : islands_of(world)) {
     if (const char* why = a.unfit ? nullptr : settings_fault(a.settings)) return why;
+    PANTIN_ASSERT(a.slots.size() % kLanes == 0 && a.slots.size() >= a.count());
     for (std::size_t c = 0; c < a.slots.size() && !a.unfit; ++c)  // padding too
       if (!is_mass(a.constants.at(kMass, c)) || !is_mass(a.constants.vec(kInertia, c)))
-        return "holds a mass that is none";
+        return "holds a mass that is not positive and finite";
   }
   return nullptr;
 }
@@ -84,6 +88,7 @@ void report_holds(const World& world, const Island& a, StepReport& report) {
   };
   for (const PackedPin& h : a.pins) {
     if (h.compliance > 0) continue;
+    PANTIN_ASSERT(h.held_pin != kNoSlot || h.held_link != kNoSlot);
     note(h.residual, h.held_pin != kNoSlot ? world.pins.owners()[h.held_pin]
                                            : world.links.owners()[h.held_link]);
   }
@@ -96,6 +101,7 @@ void report_holds(const World& world, const Island& a, StepReport& report) {
 }
 
 void measure_joint(const World& world, const Island& a, std::uint32_t slot, Measures& m) {
+  PANTIN_ASSERT(slot < world.links.size());
   const Link& link = world.links.values()[slot];
   const Pose &pa = world.bodies[link.a].pose, &pb = world.bodies[link.b].pose;
   const Real gap = glm::length(residual(link.joint, pa, pb));

@@ -39,6 +39,7 @@ struct Pull {
 
 /// Geometric stiffness of a taut cable, at the predicted poses.
 void add_pull(const Island& a, const Pull& pull, std::vector<JointBlock>& blocks) {
+  PANTIN_ASSERT(pull.column < blocks.size() && is_positive(pull.span));
   JointBlock& block = blocks[pull.column];
   const Mat3 k = sideways(pull.lambda / pull.span, pull.to);
   const Mat3 c = cross_matrix(lever(a, pull.column, pull.anchor, kRotation));
@@ -52,6 +53,7 @@ void add_pull(const Island& a, const Pull& pull, std::vector<JointBlock>& blocks
 /// A pin that rows can satisfy: compliant, or rigid with the links between not fully extended.
 bool takes_rows(const Island& a, const PackedPin& h) {
   if (h.compliance > 0 || h.partner != kNobody) return true;
+  PANTIN_ASSERT(h.tree < a.trees.size());
   const Tree& t = a.trees[h.tree];
   if (a.parents[t.first] != kHeld) return true;
   const Real span = glm::length(h.target - t.target);
@@ -87,6 +89,7 @@ Row cable_row(const World& world, const Island& a, const PackedCable& cord, cons
   Row row;
   row.one_sided = true;
   row.cable = static_cast<std::uint32_t>(&cord - a.cables.data());
+  PANTIN_ASSERT(row.cable < a.cables.size());
   row.column_a = cord.column_a, row.column_b = cord.column_b;
   if (cord.column_a != kNobody) row.arm_a = lever(a, cord.column_a, s.anchor_a, rotation_row);
   if (cord.column_b != kNobody) row.arm_b = lever(a, cord.column_b, s.anchor_b, rotation_row);
@@ -109,6 +112,8 @@ void clear(StepScratch& r) {
 
 /// Adds the force of a row to one lane of the forces and torques at the joint points.
 void push(StepScratch& r, const Row& row, Real lambda, std::size_t side) {
+  PANTIN_ASSERT(is_index_or_none(row.column_a, r.forces_in.size()) &&
+                is_index_or_none(row.column_b, r.forces_in.size()));
   const Vec3 f = lambda * row.direction;
   if (row.column_b != kNobody) {
     r.forces_in[row.column_b].add_to_side(side, f);
@@ -133,6 +138,7 @@ Real move_along(const Row& row, const At& at) {
 /// time.
 void find_response(const Island& a, StepScratch& r) {
   const std::size_t n = r.rows.size();
+  PANTIN_ASSERT(r.response.size() >= n * n && r.forces_in.size() == a.count());
   for (std::size_t first = 0; first < n; first += Vec3x4::kSides) {
     const std::size_t sides = std::min(Vec3x4::kSides, n - first);
     clear(r);
@@ -195,6 +201,7 @@ void iterate(StepScratch& r, int rounds) {
 bool solve_active(StepScratch& r, std::vector<std::uint8_t>& active) {
   const std::size_t n = r.rows.size();
   std::vector<Real>&l = r.factor, &x = r.solved;
+  PANTIN_ASSERT(l.size() >= n * n && x.size() >= n && active.size() >= n);
   for (std::size_t i = 0; i < n; ++i) {
     if (!active[i]) continue;
     for (std::size_t j = 0; j <= i; ++j) {
@@ -259,6 +266,7 @@ void solve_row_lambdas(StepScratch& r) {
 
 void free_response(Island& a, Work position_row) {
   const LaneTable& w = a.scratch.work;
+  PANTIN_ASSERT(a.scratch.joint_nodes.size() == a.count() && a.scratch.gaps.size() == a.count());
   auto tree = a.trees.begin();
   for (std::size_t c = 0; c < a.count(); ++c) {
     const JointNode& n = a.scratch.joint_nodes[c];
@@ -269,6 +277,7 @@ void free_response(Island& a, Work position_row) {
           glm::cross(a.scratch.rotation[parent], a.scratch.levers[c]) + a.scratch.gaps[c];
       if (!n.free_ball) propagated = n.propagation * a.scratch.rotation[parent];
     } else {
+      PANTIN_ASSERT(tree != a.trees.end());
       const Tree& t = *tree++;
       y = a.parents[c] == kFree ? solve_symmetric(n.articulated_mass, n.lambda)
                                 : t.target - (w.vec(position_row, c) + w.vec(kArm, c));
@@ -385,6 +394,7 @@ void solve_rows(World& world, Island& a, Real h, const Pass& pass) {
       constraint.lambda[axis] = pass.corrects ? constraint.lambda[axis] + lambda : lambda;
     }
   }
+  PANTIN_ASSERT(at <= n);
   for (std::uint32_t c = 0; c < a.cables.size(); ++c) {
     PackedCable& cord = a.cables[c];
     const Real lambda = at < n && r.rows[at].cable == c ? r.rows[at++].lambda : 0;

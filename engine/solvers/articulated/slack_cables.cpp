@@ -51,6 +51,7 @@ bool has_to_change(const TiedStep& s, const ConservingTie& t) {
   return t.kind == TieKind::slack && !t.followed && over(t) > near;
 }
 void change(ConservingTie& t) {
+  PANTIN_ASSERT(t.kind == TieKind::taut || t.kind == TieKind::slack);
   t.kind = t.kind == TieKind::taut ? TieKind::slack : TieKind::taut;
   t.mu = Vec3(0), t.softness = 0;
 }
@@ -67,6 +68,7 @@ bool is_hit_early(const TiedStep& s) {
     if (kinetic == 0) kinetic = kinetic_energy(s);
     const Real rate = rate_before(s, t), mass = s.h * r.tie_yield / t.softness;
     if (!(0.5 * mass * rate * rate > kMuch * kinetic)) continue;
+    PANTIN_ASSERT(t.cable < r.cable_rows.size());
     r.cable_rows[t.cable] = CableRow::followed;
     first = std::min(first, -before / (rate * s.h));
   }

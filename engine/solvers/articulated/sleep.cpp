@@ -7,10 +7,11 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// What has moved by less is where it was: s, at the sleep speed, and a part of the size of its
-/// island. Less than half of an island may sway, so much farther.
-constexpr Real kNear = 2.5, kNearOfSize = 3e-3, kSway = 16;
-/// s: what stays so long rests; what creeps is seen to have moved no sooner.
+/// A body that has drifted by less counts as unmoved: the way at the sleep speed in this time, s,
+/// and a fraction of the size of its island. Less than half of the island's mass may sway this much
+/// farther.
+constexpr Real kRestDriftTime = 2.5, kRestDriftOfSize = 3e-3, kSwayFactor = 16;
+/// s: what stays for so long rests. Creep shows as motion only after that time.
 constexpr Real kTimeToRest = 1;
 
 }  // namespace
@@ -53,8 +54,9 @@ void predict_still(const World& world, Island& a) {
 
 bool has_rested(const World& world, Island& a, Real h) {
   if (a.rests.empty()) return false;
-  Real near = kNear * a.settings.sleep_speed;
-  if (a.size > 0) near = std::min(near, kNearOfSize * a.size);
+  PANTIN_ASSERT(a.rests.size() == a.count());
+  Real near = kRestDriftTime * a.settings.sleep_speed;
+  if (a.size > 0) near = std::min(near, kRestDriftOfSize * a.size);
   Real moved = 0, whole = 0, farthest = 0, fastest = 0;
   for (std::size_t c = 0; c < a.count(); ++c) {
     const Body& b = world.bodies.values()[a.slots[c]];
@@ -68,16 +70,17 @@ bool has_rested(const World& world, Island& a, Real h) {
     if (!(by < near)) moved += b.mass;
   }
   a.rest_time += h;
-  if (!(farthest < kSway * near) || !(2 * moved < whole)) {
+  if (!(farthest < kSwayFactor * near) || !(2 * moved < whole)) {
     a.rested = a.contact_active && a.rest_time > kTimeToRest;
     a.rest_time = 0;
     for (std::size_t c = 0; c < a.count(); ++c) a.rests[c] = world.bodies.values()[a.slots[c]].pose;
   }
-  return a.contact_active && near > 0 && fastest * kTimeToSleep < kSway * near &&
+  return a.contact_active && near > 0 && fastest * kTimeToSleep < kSwayFactor * near &&
          (a.rested || a.rest_time > kTimeToRest);
 }
 
 void fall_asleep(World& world, Island& a) {
+  PANTIN_ASSERT(!a.asleep);
   a.asleep = true;
   a.asleep_gravity = world.gravity;
   for (std::uint32_t c = 0; c < a.count(); ++c) {

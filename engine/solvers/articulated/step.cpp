@@ -26,6 +26,7 @@ void report_holds(World& world, Island& a, Real h) {
   const Real to_force = 1 / (a.force_share * h * h);
   for (PackedPin& constraint : a.pins) {
     const Vec3 at = point_on(world, a.slots[constraint.column], constraint.anchor);
+    PANTIN_ASSERT(constraint.column < a.count() && is_index_or_none(constraint.partner, a.count()));
     const Vec3 to = constraint.partner == UINT32_MAX
                         ? constraint.target
                         : point_on(world, a.slots[constraint.partner], constraint.held_anchor);
@@ -40,6 +41,7 @@ void report_holds(World& world, Island& a, Real h) {
     if (t.held_pin == UINT32_MAX) continue;
     Pin& pin = world.pins.values()[t.held_pin];
     const Vec3 at = point_on(world, a.slots[t.first], pin.anchor);
+    PANTIN_ASSERT(a.parents[t.first] == kHeld);
     pin.residual = glm::length(t.target - at), pin.reachable = true;
     pin.missed = pin.residual > a.settings.tolerance * a.size;
   }
@@ -76,6 +78,7 @@ void remember_step(World& world, Island& a, Real h) {
   const bool calm = !a.limited && !a.disturbed;
   a.calm_steps = calm ? std::min(a.calm_steps + 1, 1000) : 0;
   if (has_rows(a) || a.trees.front().held_pin != UINT32_MAX) report_holds(world, a, h);
+  PANTIN_ASSERT(!a.asleep);
   for (std::size_t c = 0; a.changed && c < a.count(); ++c) {
     Body& b = world.bodies.values()[a.slots[c]];
     b.restart = b.teleport = false;
@@ -87,6 +90,7 @@ void remember_step(World& world, Island& a, Real h) {
 }
 
 bool finish_step(World& world, Island& a, Real h, Entity& lost) {
+  PANTIN_ASSERT(a.scratch.predicted);
   a.knows_torques = false;
   if (!a.finite) {  // before joints can hide it
     lost = a.unfit ? a.unfit : find_unsound(world, a);
@@ -122,6 +126,7 @@ bool adjust_in_substeps(World& world, Island& a, Real h, Entity& lost) {
     if (t.side > 0) contacts_of(world)[t.contact].lambda = contacts_of(world)[t.contact].before;
   int passes = a.active_set_iterations_used;
   bool sound = true;
+  PANTIN_ASSERT(a.substeps_left == 0);
   std::vector<Vec3>& targets = a.scratch.step_targets;
   targets.clear();
   for (const Tree& t : a.trees) targets.push_back(t.target_before), targets.push_back(t.target);
@@ -132,6 +137,7 @@ bool adjust_in_substeps(World& world, Island& a, Real h, Entity& lost) {
     update(world, a, h / kSubsteps);
     for (std::size_t t = 0; t < a.trees.size(); ++t) {
       const Vec3 whole = targets[2 * t + 1] - targets[2 * t];
+      PANTIN_ASSERT(a.scratch.targets.size() == 3 * a.trees.size());
       a.trees[t].target = targets[2 * t] + Real(part) / kSubsteps * whole;
       a.trees[t].target_before = a.trees[t].target - whole / Real(kSubsteps);
       for (std::size_t n = 0; n < 3; ++n)
@@ -141,6 +147,7 @@ bool adjust_in_substeps(World& world, Island& a, Real h, Entity& lost) {
     find_active_set(world, a, h / kSubsteps, StepLength::substep);
     passes += a.active_set_iterations_used;
     sound = finish_step(world, a, h / kSubsteps, lost);
+    PANTIN_ASSERT(forces.size() == a.scratch.contact_rows.size());
     for (std::size_t i = 0; i < forces.size(); ++i)
       forces[i] += contacts_of(world)[a.scratch.contact_rows[i].contact].force / Real(kSubsteps);
   }
@@ -154,6 +161,7 @@ bool adjust_in_substeps(World& world, Island& a, Real h, Entity& lost) {
 }  // namespace
 
 bool adjust(World& world, Island& a, Real h, Entity& lost) {
+  PANTIN_ASSERT(a.scratch.predicted && (!a.in_group || a.asleep));
   if (a.asleep) {
     keep_sleeping_contacts(world, a, h);
     return true;

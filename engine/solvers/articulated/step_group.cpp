@@ -377,6 +377,7 @@ void take_parts(const Group& g, const Substep& whole, Order order) {
   Real left = whole.h;
   for (int n = 1; left > 0; ++n) {
     const Real h = n < kMostParts ? first_strike(g, left) : left;
+    PANTIN_ASSERT(h > 0 && h <= left);
     if (h != s.h) change_length(g, h / s.h);
     s.h = s.part.h = h, left -= h;
     s.part.end = left > 0 ? whole.part.end - left / whole.part.whole : whole.part.end;
@@ -434,9 +435,11 @@ bool is_bouncing(const Group& g) {
 }  // namespace
 
 void step_group(const Group& g, Real h) {
+  assert_gathered(g);
   const int substeps = substeps_of(g, h);
   join_rims(g, h);
   Substep s;
+  PANTIN_ASSERT(substeps > 0);
   s.h = s.reach = h / substeps;
   set_springs(s, s.h);
   s.hard = g.has_at_most(kFewBodies), s.alone = g.is_single();

@@ -12,6 +12,8 @@ constexpr Real kDependent = 1e-12;
 }  // namespace
 
 bool solve_tie_equations(StepScratch& r, std::size_t n) {
+  PANTIN_ASSERT(r.tie_matrix.size() >= n * n && r.tie_solution.size() >= n);
+  PANTIN_ASSERT(r.tie_order.size() >= n && r.tie_largest.size() >= n);
   Real* m = r.tie_matrix.data();
   Real* x = r.tie_solution.data();
   std::vector<std::uint32_t>& order = r.tie_order;

@@ -54,6 +54,7 @@ Vec3 reach_of(const StepScratch& r, Arms arms, std::size_t c) {
 template <class Nodes>
 void respond(Island& a, const Nodes& nodes, Arms arms) {
   StepScratch& r = a.scratch;
+  PANTIN_ASSERT(r.tie_impulses.size() == a.count() && r.tie_torques.size() == a.count());
   for (std::size_t c = a.count(); c-- > 0;) {
     Vec3 &torque = r.tie_torques[c], &impulse = r.tie_impulses[c];
     if constexpr (Nodes::kPassTorque) nodes.node(c).tie_passed = Vec3(0);
@@ -106,6 +107,9 @@ template <class Nodes>
 void fill_shares(Island& a, const Nodes& nodes, Arms arms, const AskedRow& row) {
   StepScratch& r = a.scratch;
   const TieRow& to = r.tie_rows.back();
+  PANTIN_ASSERT(is_part(to.path, to.count, r.tie_paths.size()));
+  PANTIN_ASSERT(is_part(to.share, to.count, r.tie_shares.size()) &&
+                to.count <= r.tie_passing.size());
   const auto path = std::span(r.tie_paths).subspan(to.path, to.count);
   const auto at = std::span(r.tie_passing).first(to.count);
   TieShare* const shares = &r.tie_shares[to.share];
@@ -113,6 +117,7 @@ void fill_shares(Island& a, const Nodes& nodes, Arms arms, const AskedRow& row) 
   const auto begin = [&](std::uint32_t c, Vec3 on, Vec3 end, Real sign) {
     std::size_t k = 0;
     while (path[k].column != c) ++k;
+    PANTIN_ASSERT(k < path.size());
     const Vec3 impulse = -sign * row.direction, asked = sign * row.by;
     at[k].impulse += impulse, at[k].torque += glm::cross(on, impulse);
     at[k].by_move += asked, at[k].by_turn += glm::cross(end, asked);
@@ -130,6 +135,7 @@ void fill_shares(Island& a, const Nodes& nodes, Arms arms, const AskedRow& row) 
     const Vec3 turn = nodes.compliance(c) * at[k].torque;
     shares[k] = {turn, at[k].by_turn};
     if (path[k].parent == kNone) continue;
+    PANTIN_ASSERT(path[k].parent > k && path[k].parent < path.size());
     TiePassing& p = at[path[k].parent];
     const Vec3 impulse = at[k].impulse - nodes.crossing(c) * turn;
     const Vec3 by_move = at[k].by_move + at[k].by_turn * nodes.turn_y(c);
@@ -148,6 +154,7 @@ void fill_shares(Island& a, const Nodes& nodes, Arms arms, const AskedRow& row) 
 template <class Nodes>
 void fill_all_shares(Island& a, const Nodes& nodes, Arms arms) {
   StepScratch& r = a.scratch;
+  PANTIN_ASSERT(r.tie_path_starts.size() == r.ties.size() + 1);
   r.tie_rows.clear();
   std::uint32_t share = 0;
   for (std::size_t tie = 0; tie < r.ties.size(); ++tie) {
@@ -168,6 +175,7 @@ void add_path(Island& a, std::uint32_t b, std::uint32_t other) {
   const auto n = static_cast<std::uint32_t>(a.count());
   for (std::uint32_t x = b, y = other; x != kNone || y != kNone;) {
     const std::uint32_t c = x == kNone ? y : y == kNone ? x : std::max(x, y);
+    PANTIN_ASSERT(c < a.count());
     const std::int32_t parent = a.parents[c];
     const std::uint32_t next = parent < 0 ? kNone : static_cast<std::uint32_t>(parent);
     paths.push_back({c, next});
@@ -179,6 +187,7 @@ void add_path(Island& a, std::uint32_t b, std::uint32_t other) {
     if (paths[k].parent == kNone) continue;
     std::uint32_t p = k + 1;
     while (paths[p].column != paths[k].parent) ++p;
+    PANTIN_ASSERT(p < paths.size());
     paths[k].parent = p - first;
   }
 }
@@ -210,6 +219,8 @@ void fill_tie_matrix(Island& a, Arms arms, std::size_t n) {
     fill_all_shares(a, BallNodes{r}, arms);
   else
     fill_all_shares(a, StiffNodes{r}, arms);
+  PANTIN_ASSERT(n == r.tie_rows.size() && r.tie_matrix.size() >= n * n &&
+                r.tie_turns.size() == 2 * a.count());
   // Turns by four impulses side by side: a row meets all of them at once.
   constexpr std::size_t kSides = Vec3x4::kSides;
   for (std::size_t first = 0; first < n; first += kSides) {
@@ -241,6 +252,7 @@ void clear_tie_impulses(StepScratch& r) {
 }
 
 void add_tie_impulse(StepScratch& r, const ConservingTie& t, Vec3 mu, Arms arms) {
+  PANTIN_ASSERT(t.b < r.tie_impulses.size() && is_index_or_none(t.a, r.tie_impulses.size()));
   const Vec3 on_b = arms == Arms::mean ? t.mean_b : t.end_b;
   r.tie_impulses[t.b] -= mu, r.tie_torques[t.b] -= glm::cross(on_b, mu);
   if (t.a == kNone) return;

@@ -44,6 +44,7 @@ std::size_t free_directions(const PackedJoint& joint, JointTerms& t, Vec3 (&free
     for (std::size_t i = 0; i < count; ++i) v -= glm::dot(v, free[i]) * free[i];
     if (const Real size = glm::length(v); size > 1e-3) free[count++] = v / size;
   };
+  PANTIN_ASSERT(turns_of(joint.joint.kind) != Turns::own);
   switch (turns_of(joint.joint.kind)) {
     case Turns::freely:
       if (locks == 2) {
@@ -74,6 +75,7 @@ std::size_t free_directions(const PackedJoint& joint, JointTerms& t, Vec3 (&free
 }  // namespace
 
 Mat3 compliance_of(const Mat3& stiffness, const Vec3 (&free)[3], std::size_t count) {
+  PANTIN_ASSERT(count <= 3);
   if (count == 3) return inverse_of(stiffness);
   if (count == 1)
     return glm::outerProduct(free[0], free[0]) / glm::dot(free[0], stiffness * free[0]);
@@ -115,6 +117,7 @@ void eliminate_free_ball(const JointBlock& b, JointNode& n) {
 /// Any other joint. On return `b` is the block transmitted to the parent, at the own joint point.
 void eliminate_stiff(Island& a, std::size_t c, JointBlock& b) {
   const Real torque_fraction = a.joint_memory[c].torque_fraction;
+  PANTIN_ASSERT(c < a.joint_memory.size() && c < a.scratch.terms.size());
   JointTerms& t = a.scratch.terms[c];
   JointNode& n = a.scratch.joint_nodes[c];
   Mat3 spring = t.spring + Mat3(torque_fraction * t.drive_spring);
@@ -202,10 +205,12 @@ std::uint32_t held_body_of(const Island& a, std::size_t c) {
 }
 
 void keep_gaps(Island& a) {
+  PANTIN_ASSERT(a.scratch.gaps.size() == a.count());
   for (std::size_t c = 0; c < a.count(); ++c) a.scratch.gaps[c] = a.scratch.work.vec(kGap, c);
 }
 
 void fill_base(Island& a, Tension tension) {
+  PANTIN_ASSERT(a.scratch.base.size() == a.count() && a.scratch.levers.size() == a.count());
   const LaneTable& w = a.scratch.work;
   for (std::size_t c = 0; c < a.count(); ++c) {
     JointBlock& b = a.scratch.base[c];
@@ -232,6 +237,7 @@ void fill_base(Island& a, Tension tension) {
 
 void inward_pass(Island& a) {
   std::vector<JointBlock>& blocks = a.scratch.joint_blocks;
+  PANTIN_ASSERT(blocks.size() == a.count() && a.scratch.joint_nodes.size() == a.count());
   for (std::size_t c = a.count(); c-- > 0;) {
     JointNode& n = a.scratch.joint_nodes[c];
     if (is_stiff(a, c))
@@ -239,6 +245,7 @@ void inward_pass(Island& a) {
     else
       eliminate_free_ball(blocks[c], n);
     if (a.parents[c] < 0) continue;
+    PANTIN_ASSERT(static_cast<std::size_t>(a.parents[c]) < c);
     add_child(blocks[static_cast<std::size_t>(a.parents[c])],
               {n, blocks[c].tt, a.scratch.gaps[c], a.scratch.levers[c]});
   }
@@ -262,6 +269,7 @@ bool outward_pass(World& world, Island& a, Real h, const Pass& pass) {
       goal = w.vec(kAttach, p) +
              parent_now * (a.constants.vec(kParentAnchor, c) - a.constants.vec(kOwnAnchor, p));
     } else {
+      PANTIN_ASSERT(tree != a.trees.end() && tree->first == c);
       goal = a.parents[c] == kHeld ? tree->target
                                    : own + solve_symmetric(n.articulated_mass, n.lambda);
       ++tree;
@@ -314,6 +322,7 @@ bool outward_pass(World& world, Island& a, Real h, const Pass& pass) {
 }
 
 void propagate_inward(const Island& a, std::vector<Vec3x4>& force, std::vector<Vec3x4>& torque) {
+  PANTIN_ASSERT(force.size() == a.count() && torque.size() == a.count());
   for (std::size_t c = a.count(); c-- > 0;) {
     if (force[c].none() && torque[c].none()) continue;
     const JointNode& n = a.scratch.joint_nodes[c];
@@ -332,6 +341,7 @@ void propagate_inward(const Island& a, std::vector<Vec3x4>& force, std::vector<V
 }
 
 void propagate_outward(const Island& a, std::vector<Vec3x4>& force, std::vector<Vec3x4>& torque) {
+  PANTIN_ASSERT(force.size() == a.count() && torque.size() == a.count());
   for (std::size_t c = 0; c < a.count(); ++c) {
     const JointNode& n = a.scratch.joint_nodes[c];
     Vec3x4 y;

@@ -19,6 +19,9 @@ const BodyLayout kLayout{words(sizeof(Body)), words(offsetof(Body, pose.position
 }  // namespace
 
 IslandView view_of(World& world, Island& a) {
+  PANTIN_ASSERT(a.scratch.nodes.size() == kNodeSize * a.count() &&
+                a.parents.size() == a.slots.size());
+  PANTIN_ASSERT(!a.forced || !a.scratch.forces.numbers().empty());
   return {a.count(),
           a.slots.data(),
           a.parents.data(),
@@ -38,6 +41,7 @@ Vec3 point_at(const Island& a, std::size_t column, Vec3 anchor, PoseRows at) {
 }
 
 Vec3 point_on(const World& world, std::uint32_t slot, Vec3 anchor) {
+  PANTIN_ASSERT(slot < world.bodies.size());
   return to_world(world.bodies.values()[slot].pose, anchor);
 }
 

@@ -68,6 +68,7 @@ Real most_work(const World& world, const Island& a, Real h) {
     }
     pulls += glm::length(change);
   }
+  PANTIN_ASSERT(a.scratch.velocities.size() == a.count());
   const Real speed = hand_speed(world, a, h);
   return pulls * speed + pushed;
 }

@@ -26,7 +26,7 @@ constexpr Real kShortest = 1e-3;
 /// What a symplectic integrator makes between blows and gives back, over what it may make for good.
 constexpr Real kReturned = 10;
 /// Energy that may stay unpaid in a step, relative to all weight falling by the size of the island.
-constexpr Real kRounding = 1e-10;
+constexpr Real kUnpaidEnergy = 1e-10;
 /// Of its kinetic energy, what the projection may add to that of a free island.
 constexpr Real kFreeGain = 1e-9;
 
@@ -57,9 +57,10 @@ void add_projected_forces(Island& m, Real h) {
 
 /// One integrator step with projection. False: it failed.
 bool integrate(const World& world, Island& m, const Span& span, const IntegratorRow& by) {
+  PANTIN_ASSERT(!(span.h < 0) && span.whole > 0);
   m.scratch.lost_touch = UINT32_MAX, m.scratch.part_h = span.h;
   set_grips(m, m.mean_lambda);
-  for (TouchMemory& touch : m.touches)
+  for (SurfaceMemory& touch : m.touches)
     if (!by.projection_moves && !by.projection_presses) touch.projected = 0;
   const bool done = by.step(world, m, span);
   ++m.substeps;
@@ -92,6 +93,7 @@ bool integrate(const World& world, Island& m, const Span& span, const Integrator
 /// Steps with an error estimate, each within the tolerance. False: they became too small.
 bool integrate_adaptively(const World& world, Island& m, const Span& span,
                           const IntegratorRow& by) {
+  PANTIN_ASSERT(by.step_estimated);
   const Real goal = m.settings.step_tolerance;
   Real done = 0, h = m.try_step > 0 ? m.try_step : span.h / 16;
   for (int n = 0; done < span.h * (1 - 1e-14); ++n) {
@@ -314,7 +316,7 @@ bool pay_projection(Island& m, Real before) {
   if (now <= due) return true;
   Real weight = 0;
   for (std::size_t b = 0; b < m.count(); ++b) weight += glm::length(scratch.force[2 * b]);
-  if (due < -kRounding * weight * m.size && m.rescues == 0) return false;
+  if (due < -kUnpaidEnergy * weight * m.size && m.rescues == 0) return false;
   const Real part = due > 0 ? std::sqrt(due / now) : 0;
   for (std::size_t b = 0; b < m.count(); ++b) {
     scratch.state.v[b] *= part, scratch.state.w[b] *= part;

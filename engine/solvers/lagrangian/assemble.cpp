@@ -56,6 +56,7 @@ void add_products_at(Island& m, std::size_t body, Real share) {
   for (std::uint32_t i = p.first_product[body]; i < p.first_product[body + 1]; ++i) {
     const KktPattern::BlockProduct& k = p.products[i];
     const Block &one = m.blocks[k.p], &two = m.blocks[k.q];
+    PANTIN_ASSERT(one.body[k.at_p] == body && two.body[k.at_q] == body);
     const Vec3 *j = jacobian_of(m, one), *to_j = jacobian_of(m, two);
     if (k.p != last) {
       last = k.p;
@@ -106,6 +107,7 @@ void add_scales_of_hubs(Island& m) {
   }
   for (const KktPattern::HubProduct& k : p.hub_products) {
     const Block& b = m.blocks[k.block];
+    PANTIN_ASSERT(k.at < b.count && b.body[k.at] < m.count());
     const std::uint32_t body = b.body[k.at];
     for (std::size_t r = 0; r < b.rows; ++r) {
       const RowVectors j = row_of(b, jacobian_of(m, b), r, k.at);
@@ -119,6 +121,7 @@ void add_scales_of_hubs(Island& m) {
 
 void assemble(Island& m, std::span<const Real> share) {
   const KktPattern& p = m.scratch.pattern;
+  PANTIN_ASSERT(share.empty() || share.size() == m.count());
   for (const KktPattern::Range& r : p.fill_ranges)
     std::fill_n(m.scratch.values.begin() + r.from, r.count, 0.0);
   for (std::size_t b = 0; b < m.count(); ++b) add_products_at(m, b, share.empty() ? 1 : share[b]);
@@ -133,6 +136,7 @@ void assemble(Island& m, std::span<const Real> share) {
     }
   }
   for (std::size_t h = 0; h < p.hubs.size(); ++h) {
+    PANTIN_ASSERT(p.hub_of[p.hubs[h]] == h);
     const std::uint32_t b = p.hubs[h];
     Real* to = &m.scratch.values[p.diagonal[p.place[m.blocks.size() + h]]];
     const Mat3 inertia = world_inertia(m.scratch.body_states[b].rotation, m.inertia[b]);

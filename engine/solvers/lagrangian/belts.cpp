@@ -10,6 +10,7 @@ namespace {
 
 /// The pulley at an end of a span: 0, 1.
 const BeltPulley& pulley_at(const Belt& belt, const Block& b, std::size_t end) {
+  PANTIN_ASSERT(b.kind == BlockKind::belt && end < 2 && b.first_place < belt.pulleys.size());
   return belt.pulleys[(b.first_place + end) % belt.pulleys.size()];
 }
 
@@ -67,6 +68,7 @@ void follow_belts(World& world, Island& m) {
     Belt& belt = world.belts.values()[first.source];
     Pose poses[kMostPulleys];
     Real angles[kMostPulleys] = {};
+    PANTIN_ASSERT(belt.pulleys.size() <= kMostPulleys);
     const auto note = [&](std::size_t pulley, const BeltEnd& of) {
       const BodyState& at = m.scratch.body_states[of.block.body[of.end]];
       poses[pulley] = {at.position, at.rotation};

@@ -21,6 +21,7 @@ void set_motion(Island& m, std::span<const Vec3> twists) {
 /// How fast the bound of a row that may be hit is left.
 Real rate_of_row(const Island& m, std::size_t i) {
   const BlowScratch& s = m.scratch.blow;
+  PANTIN_ASSERT(i < s.blocks.size() && s.first_vector.size() == s.blocks.size());
   const Block& b = m.blocks[s.blocks[i]];
   Real rate = 0;
   for (std::size_t k = 0; k < b.count; ++k) {
@@ -34,6 +35,7 @@ Real rate_of_row(const Island& m, std::size_t i) {
 /// An impulse at it, without joints. Returns by how much an impulse of 1 changes its rate, 1/kg.
 Real push(Island& m, std::size_t i, Real impulse) {
   const BlowScratch& s = m.scratch.blow;
+  PANTIN_ASSERT(i < s.blocks.size() && s.first_vector.size() == s.blocks.size());
   const Block& b = m.blocks[s.blocks[i]];
   Real own = 0;
   for (std::size_t k = 0; k < b.count; ++k) {
@@ -54,6 +56,7 @@ void set_aside(const World& world, Island& m) {
   BlowScratch& s = m.scratch.blow;
   s.jacobian.clear(), s.first_vector.clear();
   for (const std::uint32_t i : s.blocks) {
+    PANTIN_ASSERT(is_one_sided(m, i));
     const Vec3* j = jacobian_of(m, m.blocks[i]);
     s.first_vector.push_back(s.jacobian.size());
     s.jacobian.insert(s.jacobian.end(), j, j + vectors_of(m.blocks[i]));
@@ -81,6 +84,7 @@ void allocate_blows(Island& m) {
 void choose_hit(const World& world, Island& m, std::span<const Real> bias) {
   StepScratch& scratch = m.scratch;
   BlowScratch& s = scratch.blow;
+  PANTIN_ASSERT(bias.size() == m.rows && s.twists.size() == 2 * m.count());
   s.blocks.clear(), s.resting.clear();
   for (std::uint32_t i = 0; i < m.blocks.size(); ++i)
     if (is_one_sided(m, i) && m.memory[i].active) s.blocks.push_back(i);

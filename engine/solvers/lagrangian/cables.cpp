@@ -17,6 +17,7 @@ Joint joint_of_cable(const CableParameters& cable) {
 
 /// The body of a place, counted from a to b.
 const BodyState& body_at(const Island& m, const Block& b, std::size_t place) {
+  PANTIN_ASSERT(b.first_place + place < m.places.size());
   return m.scratch.body_states[b.body[m.places[b.first_place + place]]];
 }
 
@@ -30,6 +31,7 @@ struct Path {
 Path path_of(const Cable& cable, const Island& m, const Block& b) {
   Path path;
   const auto add = [&](const CableGuide& g) {
+    PANTIN_ASSERT(path.count < kMostPathPoints);
     PathPoint& place = path.places[path.count];
     place = path_point(body_at(m, b, path.count), g.anchor, g.axis, g.radius);
     place.wrap = g.wrap, ++path.count;
@@ -119,6 +121,7 @@ void add_path_forces(const World& world, Island& m) {
     Real length = 0;
     write_path_length(cable, m, b, {&length, j, nullptr});
     if (!(length > cable.joint.length)) continue;
+    PANTIN_ASSERT(cable.joint.compliance > 0);
     const Real tension = (length - cable.joint.length) / cable.joint.compliance;
     for (std::size_t k = 0; k < b.count; ++k) {
       if (b.body[k] >= m.count()) continue;

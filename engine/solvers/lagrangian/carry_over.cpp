@@ -64,6 +64,9 @@ struct Unchanged {
 
 /// Carries over what only steps change: revolution counts, faults found.
 void carry_on(const World& world, Island& was, Island& m) {
+  PANTIN_ASSERT(was.memory.size() == m.memory.size() &&
+                was.mean_lambda.size() == m.mean_lambda.size());
+  PANTIN_ASSERT(was.touches.size() == m.touches.size());
   m.touches = was.touches;
   m.memory = was.memory, m.mean_lambda = was.mean_lambda, m.forces = was.forces;
   m.fresh = was.fresh, m.counted = was.counted;
@@ -90,6 +93,7 @@ void carry_memory(const World& world, std::vector<Island>& before, Island& m) {
   m.lagged = m.accelerations;
   if (row_of(m.settings.integrator).collocates)
     m.stage_accelerations.assign(6 * m.count(), Vec3(0));
+  assert_packed(m);
   for (Island& was : before) {
     if (was.bodies != m.bodies) continue;
     m.accelerations = was.accelerations, m.lagged = was.lagged;

@@ -57,6 +57,7 @@ struct Sliding {
 /// rest. What the bound depends on is left out.
 void write_sliding(const Equations& to, const ContactPoint& p, const Sliding& s, Real step) {
   const std::size_t n = p.unknown;
+  PANTIN_ASSERT(n + 3 <= to.n && s.way.x == 0);
   const Real y = s.way.y, z = s.way.z;
   const Real across[2][2] = {{1 - y * y, -y * z}, {-y * z, 1 - z * z}};
   for (std::size_t c = 0; c < to.n; ++c) {
@@ -143,6 +144,7 @@ void write_rolling_rows(const ContactScratch& r, const PointRows& rows) {
 
 /// Elimination with partial pivots; the solution is in `right`. False: a pivot is none.
 bool eliminate(const Equations& e) {
+  PANTIN_ASSERT(e.matrix.size() >= e.n * e.n && e.right.size() >= e.n);
   for (std::size_t k = 0; k < e.n; ++k) {
     std::size_t pivot = k;
     for (std::size_t r = k + 1; r < e.n; ++r)
@@ -152,6 +154,7 @@ bool eliminate(const Equations& e) {
       std::swap_ranges(&e.at(k, 0), &e.at(k, 0) + e.n, &e.at(pivot, 0));
       std::swap(e.right[k], e.right[pivot]);
     }
+    PANTIN_ASSERT(pivot < e.n);
     const Real inverse = 1 / e.at(k, k);
     for (std::size_t r = k + 1; r < e.n; ++r) {
       const Real part = e.at(r, k) * inverse;
@@ -183,6 +186,7 @@ Real softest_of(const Mat3& w) {
 
 bool polish(const Couplings& with, Real tolerance, int attempt) {
   const Real regularisation = kRegularisations[attempt % 3];
+  PANTIN_ASSERT(attempt >= 0);
   ContactScratch& r = with.scratch;
   std::size_t n = 0;
   for (ContactPoint& p : with.group.points)

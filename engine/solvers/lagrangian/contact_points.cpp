@@ -11,7 +11,8 @@
 namespace pantin::detail::lagrangian {
 namespace {
 
-/// Of the response that the two bodies would have without joints: with less the contact is theirs.
+/// Fraction of the response that the two bodies would have without joints: below it the contact is
+/// left to the joints.
 constexpr Real kLeastResponse = 1e-9;
 /// How near a bound may be for contacts to bring it there: at the fastest speed, in steps; m or
 /// rad.
@@ -65,9 +66,10 @@ ContactPoint make_point(const World& world, std::uint32_t number, Real h) {
   const Contact& c = contacts_of(world)[number];
   ContactPoint p;
   p.contact = number;
+  PANTIN_ASSERT(is_unit(c.normal));
   contact::set_axes(p.axes, c.normal);
   const std::uint32_t slot[2] = {c.slot_a, c.slot_b};
-  using Side = contact::Touching::Side;
+  using Side = contact::BodyOfContact::Side;
   for (int s = 0; s < 2; ++s) {
     // The normal is that at the start of the step.
     const Owner owner = owner_of(partition_of(world), slot[s]);
@@ -131,6 +133,7 @@ Fastest fastest_of(const Island& m) {
 
 /// Limits and slack cables that contacts may bring to their bounds within the step count as well.
 void wake_near_limits(const World& world, Island& m, Real h) {
+  PANTIN_ASSERT(m.scratch.blow.was_active.size() == m.blocks.size());
   const Fastest most = fastest_of(m);
   const auto is_other = [&](std::size_t i) { return is_one_sided(m, i) && !m.memory[i].active; };
   std::vector<std::uint32_t>& near = m.scratch.blow.blocks;
@@ -168,6 +171,7 @@ void list_limits(ContactScratch& r, Island& m, std::uint32_t island) {
         row.frame_rate += glm::dot(j.v, at.velocity) + glm::dot(j.w, at.angular_velocity);
         continue;
       }
+      PANTIN_ASSERT(row.count < std::size(row.body));
       row.j[2 * row.count] = j.v, row.j[2 * row.count + 1] = j.w;
       row.body[row.count++] = b.body[k];
     }
@@ -186,6 +190,7 @@ void list_limits(ContactScratch& r, Island& m, std::uint32_t island) {
 /// An island at the end of its step, as contacts found it.
 void take_up(World& world, ContactScratch& r, std::uint32_t island, Real h) {
   Island& m = islands_of(world)[island];
+  PANTIN_ASSERT(m.scratch.stepped && m.scratch.ready);
   Motions& s = m.scratch.state;
   for (std::size_t b = 0; b < m.count(); ++b) {
     const Body& body = world.bodies.values()[m.slots[b]];
@@ -219,6 +224,11 @@ bool has_same_bodies(const ContactPoint& p, const ContactPoint& q) {
   return true;
 }
 
+/// Whether an island of the solver is on one of its sides.
+[[maybe_unused]] bool has_owner(const ContactPoint& p) {
+  return p.owner[0] != kNoIndex || p.owner[1] != kNoIndex;
+}
+
 void sort_points(ContactScratch& r) {
   for (ContactPoint& p : r.points)
     p.group = r.sets.root(p.owner[0] != kNoIndex ? p.owner[0] : p.owner[1]);
@@ -228,6 +238,7 @@ void sort_points(ContactScratch& r) {
     };
     return order(p) < order(q);
   });
+  PANTIN_ASSERT(std::all_of(r.points.begin(), r.points.end(), has_owner));
   for (std::uint32_t i = 0; i < r.points.size(); ++i)
     for (int s = 0; s < 2; ++s) {
       const ContactPoint& p = r.points[i];
@@ -252,6 +263,7 @@ void list_members(ContactScratch& r) {
       m.group = r.points[e.point].group, m.island = e.island, m.first_end = i;
       r.members.push_back(m);
     }
+    PANTIN_ASSERT(e.point < r.points.size());
     e.member = static_cast<std::uint32_t>(r.members.size() - 1);
     ++r.members.back().ends;
     r.points[e.point].end[e.sign > 0 ? 0 : 1] = i;
@@ -314,6 +326,7 @@ void add_end_force(const ContactScratch& r, const ContactEnd& end, Vec3 along,
           force[2 * row.body[k] + 1] += along.x * row.j[2 * k + 1];
     return;
   }
+  PANTIN_ASSERT(2 * end.column + 1 < force.size());
   const Vec3 f = end.sign * contact::in_world(p.axes, along);
   if (p.is_rolling()) {
     force[2 * end.column + 1] += r.rollings[p.rolling].arm * f;
@@ -361,6 +374,8 @@ void place_points(World& world, const ContactGroup& g) {
       }
       ContactEnd& e = r.ends[p.end[s]];
       const StepScratch& scratch = islands_of(world)[e.island].scratch;
+      PANTIN_ASSERT(e.column < scratch.state.q.size() &&
+                    scratch.entry.q.size() == scratch.state.q.size());
       const Quat end = scratch.state.q[e.column];
       e.arm = e.lead = p.on[s].at(end, outward);
       at[s] = scratch.state.x[e.column] + e.arm;

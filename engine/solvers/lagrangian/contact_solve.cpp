@@ -33,8 +33,10 @@ void follow(const Couplings& c, const ContactPoint& p, Vec3 impulse, Follows wha
   ContactScratch& r = c.scratch;
   for (const std::uint32_t at : p.end) {
     if (at == kNoIndex) continue;
+    PANTIN_ASSERT(at < r.ends.size() && r.ends[at].member < r.members.size());
     const ContactEnd& e = r.ends[at];
     const GroupMember& m = r.members[e.member];
+    PANTIN_ASSERT(at - m.first_end < m.ends);
     const std::size_t n = std::size_t(3) * m.ends;
     const Real* column = &r.responses[m.first_response + 3 * (at - m.first_end)];
     for (std::uint32_t f = 0; f < m.ends; ++f, column += 3 * n) {
@@ -73,6 +75,7 @@ Vec3 within_cone(Vec3 r, Real friction) {
 /// The impulse of a sliding point: on the cone, against the speed that is left.
 Vec3 slide(const ContactPoint& p, Vec3 free, Vec3 r) {
   const Mat3& w = p.response;
+  PANTIN_ASSERT(p.friction > 0);
   const Real soft = softest_of(w);
   for (int n = 0; n < kSlideIterations; ++n) {
     const Vec3 before = r;
@@ -90,6 +93,7 @@ Vec3 slide(const ContactPoint& p, Vec3 free, Vec3 r) {
 Vec3 solve_point(const Couplings& with, const ContactPoint& p, Vec3 r) {
   if (p.is_rolling()) return solve_rolling(with.scratch, p, r);
   const Mat3& w = p.response;
+  PANTIN_ASSERT(p.works && w[0][0] > 0);
   const Vec3 free = p.speed - w * r;
   if (!(p.friction > 0)) return {std::max(p.least, -free.x / w[0][0]), 0, 0};
   if (free.x >= 0) return Vec3(0);
@@ -102,6 +106,7 @@ Vec3 solve_point(const Couplings& with, const ContactPoint& p, Vec3 r) {
 /// bodies have met `since` before the end of the step.
 void meet(const Couplings& with, ContactPoint& p, Real since) {
   const Mat3& w = p.response;
+  PANTIN_ASSERT(p.works && p.restitution > 0 && since >= 0 && since <= with.group.h);
   const Real wanted = -(1 + p.restitution) * (p.speed.x - p.pull * since);
   Vec3 r(wanted / w[0][0], 0, 0);
   for (int n = 0; n < 8 && p.friction > 0; ++n) {
@@ -129,6 +134,7 @@ void open_closed(const Couplings& with) {
     for (std::size_t i = 0; i < points.size(); ++i) {
       ContactPoint& p = points[n % 2 == 0 ? i : points.size() - 1 - i];
       if (!p.closed || !p.works || p.is_rolling()) continue;
+      PANTIN_ASSERT(p.response[0][0] > 0);
       const Real missing = goal_of(with, p) - p.gap;
       const Real least = p.share * with.group.h * p.least;
       const Real more = std::max(least - p.held.x, missing / p.response[0][0]);

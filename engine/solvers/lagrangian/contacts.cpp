@@ -33,6 +33,7 @@ void clear_forces(Island& m) {
 /// scratch.solution, impulses of joints into scratch.lambda.
 void respond(const ContactScratch& r, Island& m, const GroupMember& member,
              Vec3 ContactPoint::*what) {
+  PANTIN_ASSERT(is_part(member.first_end, member.ends, r.ends.size()));
   clear_forces(m);
   for (std::uint32_t i = member.first_end; i < member.first_end + member.ends; ++i)
     add_end_force(r, r.ends[i], r.points[r.ends[i].point].*what, m.scratch.momenta);
@@ -43,6 +44,7 @@ void respond(const ContactScratch& r, Island& m, const GroupMember& member,
 void change_velocities(World& world, const Couplings& with, const GroupMember& member,
                        Vec3 ContactPoint::*what) {
   Island& m = islands_of(world)[member.island];
+  PANTIN_ASSERT(with.group.h > 0 && m.forces.size() == m.rows);
   respond(with.scratch, m, member, what);
   for (std::size_t b = 0; b < m.count(); ++b) {
     m.scratch.state.v[b] += m.scratch.solution[2 * b];
@@ -196,6 +198,7 @@ bool resolve(World& world, const ContactGroup& g) {
 
 /// A step of loose bodies in parts, each with its contacts. False: not to the tolerance.
 bool resolve_in_parts(World& world, ContactGroup g, int parts) {
+  PANTIN_ASSERT(parts > 1);
   const Real h = g.h;
   g.h = h / parts;
   for (const GroupMember& member : g.members) {
@@ -236,6 +239,7 @@ void write_rolling(World& world, const ContactScratch& r, const ContactPoint& p,
 }
 
 void write_contact(World& world, const ContactPoint& p, Real h) {
+  PANTIN_ASSERT(p.contact < contacts_of(world).size() && is_unit(p.axes[0]));
   Contact& c = contacts_of(world)[p.contact];
   c.force = contact::in_world(p.axes, p.impulse) / h;
   c.lambda = h * contact::in_world(p.axes, p.borne);
@@ -249,6 +253,7 @@ void write_contact(World& world, const ContactPoint& p, Real h) {
 void restore_limits(World& world, ContactScratch& r, Real h) {
   for (const ContactPoint& p : r.points) {
     if (!p.is_limit()) continue;
+    PANTIN_ASSERT(p.limit < r.limits.size());
     const LimitRowAt& row = r.limits[p.limit];
     Island& m = islands_of(world)[row.island];
     const bool bears = p.impulse.x > p.least;
@@ -278,6 +283,9 @@ void resolve_contacts(World& world, Real h) {
   ContactScratch& r = world.memory.of<Islands>().contacts;
   for (std::size_t i = 0; i < r.groups.size(); ++i) {
     const ContactScratch::Range& range = r.groups[i];
+    PANTIN_ASSERT(is_part(range.first_point, range.points, r.points.size()));
+    PANTIN_ASSERT(is_part(range.first_member, range.members, r.members.size()) &&
+                  range.members > 0);
     const ContactGroup g{std::span(r.points).subspan(range.first_point, range.points),
                          std::span(r.members).subspan(range.first_member, range.members), h};
     const int parts = parts_of(world, g);

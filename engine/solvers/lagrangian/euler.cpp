@@ -79,6 +79,7 @@ void turn_first_half(Island& m, Real h) {
 /// 2017]
 void add_geometric_stiffness(Island& m, Real h) {
   const KktPattern& p = m.scratch.pattern;
+  PANTIN_ASSERT(p.first_incident.size() == m.count() + 1);
   if (p.framed.empty()) return;
   for (std::size_t body = 0; body < m.count(); ++body) {
     Mat3 sum(0);
@@ -107,6 +108,7 @@ void add_geometric_stiffness(Island& m, Real h) {
 }
 
 void store_lambda(Island& m, std::span<const Real> lambda, Real factor_of) {
+  PANTIN_ASSERT(lambda.size() == m.rows && m.mean_lambda.size() == m.rows);
   for (std::size_t r = 0; r < m.rows; ++r) m.mean_lambda[r] = factor_of * lambda[r];
 }
 

@@ -40,7 +40,7 @@ void find_initial_accelerations(const World& world, Island& m, const Span& span)
   write_joint_force_rows(world, m, m.mean_lambda, {0, 0, Slope::tangent});
   std::fill(scratch.weights.begin(), scratch.weights.end(), 0.0);
   scratch.springs_active = false;
-  for (TouchMemory& touch : m.touches) touch.projected = 0;
+  for (SurfaceMemory& touch : m.touches) touch.projected = 0;
   accelerate(world, m, span.fraction(0), span.whole);
   scratch.springs_active = true;
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
@@ -63,6 +63,7 @@ Vec3 filtered_acceleration(const Island& m, const Scheme& k, std::size_t i) {
 void advance_state(Island& m, const Scheme& k) {
   Motions& s = m.scratch.state;
   const Motions& from = m.scratch.from;
+  PANTIN_ASSERT(m.lagged.size() == 2 * m.count() && m.accelerations.size() == m.lagged.size());
   for (std::size_t b = 0; b < m.count(); ++b) {
     Vec3 way[2], twist[2];
     for (std::size_t i = 0; i < 2; ++i) {
@@ -90,6 +91,7 @@ void add_row_residuals(Island& m, const Scheme& k, Residuals& worst) {
   StepScratch& scratch = m.scratch;
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     const Block& b = m.blocks[i];
+    PANTIN_ASSERT(k.by_way > 0 && k.by_speed > 0);
     const bool on = is_active(m, i);
     for (std::size_t e = 0; e < b.count && on; ++e)
       if (b.body[e] < m.count())
@@ -198,6 +200,7 @@ bool solve_equations(const World& world, Island& m, const Scheme& k) {
 
 bool step_implicit(const World& world, Island& m, const Span& span) {
   StepScratch& scratch = m.scratch;
+  PANTIN_ASSERT(span.h > 0);
   const Scheme k = scheme_of(m.settings.damping_ratio, span.h);
   scratch.springs_active = true;
   if (m.fresh) find_initial_accelerations(world, m, span);

@@ -12,6 +12,11 @@
 
 namespace pantin::detail::lagrangian {
 
+/// Asserts how an island is packed, and what an elimination takes for granted; nothing where builds
+/// are not checked (invariants.cpp).
+void assert_packed(const Island& m);
+void assert_factorable(const KktPattern& p);
+
 /// Symbolic factorisation: elimination order and layout of the factor, once per structure. Without
 /// hubs its pivots reveal the rank, but it is slow.
 enum class Hubs : std::uint8_t { none, allowed };

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/base/fields.hpp"
+#include "engine/base/invariants.hpp"
 #include "engine/base/math.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/joints/rows.hpp"
@@ -193,7 +194,7 @@ struct Motions {
   std::vector<Vec3> x;
   std::vector<Quat> q;
   std::vector<Vec3> v, w;
-  std::vector<Touch> touches;
+  std::vector<SurfaceCoordinates> touches;
 };
 
 /// Where a frame was at the start of the step: see Frame.
@@ -267,7 +268,7 @@ struct StepScratch {
   // Of surfaces whose gap follows from other rows, its row is left out: off the joints, as stages
   // of a step are, the two contradict one another.
   bool leaves_gaps = false;
-  std::vector<TouchFound> touching;
+  std::vector<SurfaceFound> touching;
   // The first contact of surfaces that was lost since this was cleared, and why.
   std::uint32_t lost_touch = UINT32_MAX;
   nurbs::ContactStatus lost_how = nurbs::ContactStatus::found;
@@ -301,7 +302,7 @@ struct IslandStructure {
   bool rolls = false;                        // rows that are no constraints of poses
   std::vector<std::uint32_t> touch_sources;  // slots in World::surface_contacts, by touch
   std::vector<std::uint32_t> touch_blocks;   // blocks of their gaps
-  std::vector<TouchWays> touch_ways;         // of those that roll as their curves say
+  std::vector<SurfaceWays> touch_ways;       // of those that roll as their curves say
   bool rubs = false;                         // friction of surfaces that touch
   bool damped = false;
   Entity unfit;  // a body that no step can be computed with, or none
@@ -343,7 +344,7 @@ struct IslandMemory {
   std::vector<Real> mean_lambda;  // by row: N or N m, mean over the last integrator step
   std::vector<Frame> frames;      // numbered after the bodies
   std::vector<JointForce> joint_forces;
-  std::vector<TouchMemory> touches;
+  std::vector<SurfaceMemory> touches;
   std::vector<Vec3> accelerations, lagged;  // implicit: two a body
   // Radau: of the stages of the last step, two a body each, and its length, s.
   std::vector<Vec3> stage_accelerations;

@@ -21,6 +21,7 @@ struct RowVectors {
 };
 inline RowVectors row_of(const Block& b, const Vec3* j, std::size_t row, std::size_t at) {
   if (!b.point) return {j[2 * (row * b.count + at)], j[2 * (row * b.count + at) + 1]};
+  PANTIN_ASSERT(at < 2 && row < b.rows);
   const Real sign = at == 0 ? 1 : -1;
   if (row >= 3) return {Vec3(0), sign * j[row - 1]};
   Vec3 unit(0);

@@ -34,6 +34,7 @@ namespace {
 /// Slopes of a spring row over a step of the collocation. A motor at its bound has none; but one
 /// that leaves it within the step has those that it has then.
 LinearisedForce linearise_over_step(const World& world, const Island& m, const Block& b) {
+  PANTIN_ASSERT(b.kind == BlockKind::spring);
   const Dof& dof = dof_of(world, b.source, b.coordinate);
   const Real coordinate = m.scratch.c[b.first_row], rate = rate_of(m, b, 0);
   LinearisedForce p = linearise(dof, coordinate, rate, Slope::tangent);
@@ -67,6 +68,8 @@ void find_torque_slopes(const World& world, const Island& m, const Block& b,
 void find_force_slopes(const World& world, Island& m, const ForceSlopes& slopes) {
   for (const Block& b : m.blocks) {
     if (!is_compliant(b.kind)) continue;
+    PANTIN_ASSERT(slopes.stiffness.size() == m.rows && slopes.damping.size() == m.rows &&
+                  slopes.mobility.size() == m.rows);
     LinearisedForce p;
     if (b.kind == BlockKind::spring) {
       p = linearise_over_step(world, m, b);
@@ -93,6 +96,8 @@ CoordinateRow coordinate_row(const World& world, const Island& m, const JointFor
   CoordinateRow row;
   const BodyState &at_a = m.scratch.body_states[of.body[0]],
                   &at_b = m.scratch.body_states[of.body[1]];
+  PANTIN_ASSERT(of.body[0] < m.scratch.body_states.size() &&
+                of.body[1] < m.scratch.body_states.size());
   write_coordinate({world.links.values()[of.link].joint, at_a, at_b, of.before}, of.coordinate,
                    {&row.value, row.j, &row.gamma});
   row.rate = glm::dot(row.j[0], at_a.velocity) + glm::dot(row.j[1], at_a.angular_velocity) +

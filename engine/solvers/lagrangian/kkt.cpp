@@ -27,13 +27,15 @@ constexpr Real kProbeFactor = 4;
 /// Pivots below this fraction of the scale are suspect.
 constexpr Real kSuspectPivot = 1e-4;
 /// Of forces: smaller residuals of rows are rounding.
-constexpr Real kRounding = 1e-9;
+constexpr Real kForceRounding = 1e-9;
 constexpr int kRefinements = 8;
 
 /// Factors with this regularisation. False: a row of a tree is dependent.
 bool factor_weighted(Island& m, Real weight) {
   StepScratch& scratch = m.scratch;
   const KktPattern& p = scratch.pattern;
+  PANTIN_ASSERT(p.order.size() == m.blocks.size() + p.hubs.size());
+  PANTIN_ASSERT(scratch.values.size() >= p.numbers && scratch.scales.size() == m.rows);
   assemble(m);
   for (std::uint32_t at = 0; at < p.order.size(); ++at) {
     const std::uint32_t node = p.order[at];
@@ -64,6 +66,7 @@ bool factor_weighted(Island& m, Real weight) {
 /// 1 / pivot of a row of the factor; 0: the row was dropped.
 Real inverse_pivot(const Island& m, std::size_t block, std::size_t row) {
   const KktPattern& p = m.scratch.pattern;
+  PANTIN_ASSERT(block < m.blocks.size() && row < m.blocks[block].rows);
   return m.scratch.values[p.diagonal[p.place[block]] + row * m.blocks[block].rows + row];
 }
 
@@ -79,6 +82,7 @@ void find_redundant(Island& m) {
       if (now == 0 || now * 2 > kProbeFactor * probe) ++dependent;
     }
     if (dependent == 0) continue;
+    PANTIN_ASSERT(m.rank >= static_cast<std::size_t>(dependent));
     m.rank -= static_cast<std::size_t>(dependent);
     Fault f;
     f.kind = Fault::redundant, f.block = i, f.rows = dependent;
@@ -127,6 +131,7 @@ void factor_and_report(Island& m) {
 }
 
 void note_dependence(const Island& m, std::span<Real> by_row) {
+  PANTIN_ASSERT(by_row.size() >= m.rows);
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
     for (std::size_t r = 0; r < m.blocks[i].rows; ++r) {
       const std::size_t row = m.blocks[i].first_row + r;
@@ -156,6 +161,7 @@ namespace {
 
 /// right - J a, into scratch.row_residual; an empty motion counts as zero.
 void find_row_residuals(Island& m, std::span<const Real> right, std::span<const Vec3> a) {
+  PANTIN_ASSERT(right.size() >= m.rows && (a.empty() || a.size() >= 2 * m.count()));
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     const Block& b = m.blocks[i];
     Real* row_residual = &m.scratch.row_residual[b.first_row];
@@ -212,6 +218,7 @@ void find_free_motion(const Island& m, std::span<const Vec3> force, std::span<Ve
 /// a += M^-1 J^T lambda, for hubs too.
 void add_motion(const Island& m, std::span<const Real> lambda, std::span<Vec3> a) {
   const KktPattern& p = m.scratch.pattern;
+  PANTIN_ASSERT(p.first_incident.size() == m.count() + 1 && lambda.size() >= m.rows);
   for (std::size_t body = 0; body < m.count(); ++body) {
     Vec3 pull[2] = {Vec3(0), Vec3(0)};
     for (std::uint32_t i = p.first_incident[body]; i < p.first_incident[body + 1]; ++i) {
@@ -233,6 +240,7 @@ Real turning(const Island& m) {
 /// One solve with the factor and right-hand side scratch.row_residual, which is overwritten.
 void solve_for_lambda(Island& m, std::span<Real> lambda) {
   std::vector<Real>& row_residual = m.scratch.row_residual;
+  PANTIN_ASSERT(row_residual.size() == m.scratch.pattern.unknowns && row_residual.size() >= m.rows);
   std::fill(row_residual.begin() + static_cast<std::ptrdiff_t>(m.rows), row_residual.end(), 0.0);
   back_solve(m.scratch.pattern, m.scratch.values.data(), row_residual.data());
   std::copy_n(row_residual.begin(), m.rows, lambda.begin());
@@ -252,6 +260,7 @@ void keep_moving_part(Island& m, std::span<Real> lambda) {
 }
 
 void solve_lambda(Island& m, std::span<const Real> right, std::span<Real> lambda) {
+  PANTIN_ASSERT(right.size() == m.rows);
   std::copy(right.begin(), right.end(), m.scratch.row_residual.begin());
   solve_for_lambda(m, lambda);
 }
@@ -259,6 +268,7 @@ void solve_lambda(Island& m, std::span<const Real> right, std::span<Real> lambda
 Real solve(Island& m, const Known& known, const Unknowns& found, Real tolerance) {
   const auto& [force, right] = known;
   const auto& [a, lambda] = found;
+  PANTIN_ASSERT(force.empty() || force.size() >= 2 * m.count());
   StepScratch& scratch = m.scratch;
   if (force.empty())
     std::fill(a.begin(), a.end(), Vec3(0));
@@ -284,7 +294,8 @@ Real solve(Island& m, const Known& known, const Unknowns& found, Real tolerance)
   }
   // What is rounding of the forces contradicts nothing, however little moves; nor is that of what
   // turning bodies need.
-  const Real part = row_residual / std::max(requested, kRounding * std::max(given, turning(m)));
+  const Real part =
+      row_residual / std::max(requested, kForceRounding * std::max(given, turning(m)));
   if (part > scratch.worst_relative_residual) {
     scratch.worst_relative_residual = part;
     for (std::uint32_t i = 0; i < m.blocks.size(); ++i)

@@ -58,6 +58,7 @@ template <int R, class T>
 void solve_lower(const T* d, T* b, T* y, const BlockSize& size) {
   const std::size_t n = R ? R : size.rows, width = R ? R : size.width;
   for (std::size_t c = 0; c < n; ++c) {
+    PANTIN_ASSERT(width <= 6);
     T own[6];  // stays in registers: nothing else can point to it
     for (std::size_t r = 0; r < width; ++r) own[r] = b[c * width + r];
     for (std::size_t k = 0; k < c; ++k) {
@@ -95,6 +96,7 @@ template <int R, class T>
 int eliminate(const KktPattern& p, T* v, std::uint32_t at, const PivotRule& rule) {
   T* d = v + p.diagonal[at];
   const std::size_t n = p.size[at];
+  PANTIN_ASSERT(n <= 6 && (R == 0 || n == R));
   const int cut = decompose<R>(d, n, rule);
   const std::uint32_t from = p.first[at], to = p.first[at + 1];
   const std::uint32_t* target = p.targets.data() + p.first_target[at];
@@ -130,6 +132,7 @@ int eliminate_rows(const KktPattern& p, T* v, std::uint32_t at, const PivotRule&
 template <int R, class T>
 void update_forward(const T* b, const T* own, T* other, const BlockSize& size) {
   const std::size_t n = R ? R : size.rows, width = R ? R : size.width;
+  PANTIN_ASSERT(width <= 6);
   T sum[6];
   for (std::size_t r = 0; r < width; ++r) sum[r] = other[r];
   for (std::size_t k = 0; k < n; ++k) {

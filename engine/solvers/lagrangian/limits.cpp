@@ -59,7 +59,7 @@ void rub(Island& m, const std::vector<Real>& bias) {
   StepScratch& scratch = m.scratch;
   scratch.part_h = 0;
   aim_slips(m);
-  for (TouchMemory& touch : m.touches) touch.projected = 0;
+  for (SurfaceMemory& touch : m.touches) touch.projected = 0;
   std::fill(scratch.momenta.begin(), scratch.momenta.end(), Vec3(0));
   std::fill(scratch.step_lambda.begin(), scratch.step_lambda.end(), 0.0);
   set_grips(m, scratch.step_lambda);
@@ -432,7 +432,7 @@ bool advance_among_limits(World& world, Island& m, Real h) {
       if (part < length && !attempt(part)) return false;
       freed = until_let_go(world, m, {done, part, h}, attempt);
       if (freed > 0) length = freed;
-      // What pulls from the start lets go there, whatever it did later.
+      // A contact whose multiplier is tensile at the start of the step is released there.
       if (freed == 0 && part < length && attempt(part)) give_way(m);
       if (freed == 0 && !take()) return false;
     }

@@ -25,6 +25,7 @@ inline void kick(Island& m, Real h) {
 inline void push(Island& m, const std::vector<Vec3>& jacobian, std::span<const Real> lambda,
                  Real scale) {
   for (const Block& b : m.blocks) {
+    PANTIN_ASSERT(b.rows <= 6 && b.first_row + b.rows <= lambda.size());
     Real block_lambda[6];
     for (std::size_t r = 0; r < b.rows; ++r) block_lambda[r] = scale * lambda[b.first_row + r];
     for (std::size_t k = 0; k < b.count; ++k)

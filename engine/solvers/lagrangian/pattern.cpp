@@ -54,6 +54,7 @@ std::vector<std::uint32_t> least_degree(Sets& near, std::vector<std::uint8_t>& r
         if (!done[n] && !ready[n]) ready[n] = 1, queue.insert({key[n], n});
     }
     // Alternates between both ends, so that consecutive eliminations are independent.
+    PANTIN_ASSERT(!queue.empty());
     auto next = queue.begin();
     if (order.size() % 2 == 1) next = std::prev(queue.lower_bound({next->first + 1, 0}));
     const std::uint32_t n = next->second;
@@ -88,6 +89,7 @@ struct Draft {
     if (one == two) return p.diagonal[one];
     const std::uint32_t row = std::max(one, two), column = std::min(one, two);
     const auto from = p.below.begin() + p.first[column], to = p.below.begin() + p.first[column + 1];
+    PANTIN_ASSERT(std::binary_search(from, to, row));
     return p.offset[static_cast<std::size_t>(std::lower_bound(from, to, row) - p.below.begin())];
   }
 };
@@ -107,6 +109,7 @@ void find_order(Draft& d) {
   for (std::uint32_t i = 0; i < d.blocks; ++i) d.size[i] = d.m.blocks[i].rows;
   for (std::uint32_t b = 0; b < d.m.count(); ++b) {
     const std::vector<Incident>& met = d.met[b];
+    PANTIN_ASSERT(d.near.size() == nodes && d.size.size() == nodes);
     const std::uint32_t hub = d.blocks + d.p.hub_of[b];
     for (std::size_t i = 0; i < met.size(); ++i) {
       if (d.is_hub(b)) {
@@ -223,6 +226,7 @@ KktPattern make_pattern(const Island& m, Hubs hubs) {
   list_products(d);
   list_fill(d);
   list_incidents(d);
+  assert_factorable(d.p);
   return std::move(d.p);
 }
 

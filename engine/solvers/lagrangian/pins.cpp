@@ -55,6 +55,7 @@ void add_pin_forces(const World& world, Island& m) {
   for (const BodyPairForce& p : m.elastic_pins) {
     const Pin& pin = world.pins.values()[p.source];
     const Pull pull = pull_of(m, p, pin);
+    PANTIN_ASSERT(h >= 0 && p.beside >= 1);
     const Real by_rate = pin.damping + h * pin.stiffness;
     Vec3 force = pin.stiffness * pull.gap + by_rate * pull.rate;
     // Several at one body: as if each had its part of the mass.

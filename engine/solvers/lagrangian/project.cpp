@@ -29,6 +29,7 @@ Vec3 gyroscopic_change(Vec3 w, Vec3 way, Vec3 inertia) {
 
 /// Returns the work of the forces along the way.
 Real move_bodies(Island& m, std::span<const Vec3> way) {
+  PANTIN_ASSERT(way.size() == 2 * m.count());
   Motions& s = m.scratch.state;
   Real work = 0;
   for (std::size_t b = 0; b < m.count(); ++b) {
@@ -74,6 +75,7 @@ void for_each_framed(const Island& m, const Subtract& subtract) {
     const Block& b = m.blocks[i];
     for (std::size_t k = 0; k < b.count; ++k) {
       const std::uint32_t n = b.body[k];
+      PANTIN_ASSERT(n < m.scratch.body_states.size());
       if (n >= m.count()) subtract(BodyPart{b, jacobian_of(m, b), k}, n);
     }
   }
@@ -101,6 +103,7 @@ void subtract_frame_accelerations(Island& m, std::span<Real> right) {
 
 void project_twists(Island& m, std::span<const Real> bias) {
   StepScratch& scratch = m.scratch;
+  PANTIN_ASSERT(bias.empty() || bias.size() == scratch.right.size());
   if (bias.empty())
     std::fill(scratch.right.begin(), scratch.right.end(), 0.0);
   else
@@ -147,6 +150,7 @@ const Block* only_gap(const Island& m) {
 /// One row is solved for without a factor.
 void correct_gap(Island& m, const Block& gap) {
   StepScratch& scratch = m.scratch;
+  PANTIN_ASSERT(gap.rows == 1);
   const Vec3* j = jacobian_of(m, gap);
   std::fill(scratch.solution.begin(), scratch.solution.end(), Vec3(0));
   Real gives = 0;
@@ -220,6 +224,7 @@ bool close_poses(const World& world, Island& m, Metric metric) {
 
 bool project(const World& world, Island& m, Real part, Real whole) {
   StepScratch& scratch = m.scratch;
+  PANTIN_ASSERT(!scratch.poses_only);
   update_frames(world, m, part, whole);
   look(world, m, Metric::of_masses);
   scratch.opened = m.residual;

@@ -36,9 +36,9 @@ constexpr Real kLeft = 0.02, kRounding = 1e-14;
 constexpr Real kRoundingOfSolves = 1e-11;
 /// Corrections below this part may grow again where rounding is large (spins of thin bodies about
 /// their axes) or rates off the joints are (loops that lose rank): the stages before are kept.
-constexpr Real kSmall = 1e-7;
+constexpr Real kSmallCorrection = 1e-7;
 /// Longest step, in parts of the last one, that accelerations are extrapolated over.
-constexpr Real kFarthest = 4;
+constexpr Real kLongestExtrapolation = 4;
 
 using Stages = std::vector<Vec3>;
 
@@ -62,6 +62,7 @@ Vec3 rotation_rate(Vec3 turn, Vec3 w) {
 
 /// scratch.state from `change` since the start of the step, four vectors a body.
 void set_state(Island& m, const Stages& change) {
+  PANTIN_ASSERT(change.size() == kStageVectors * m.count());
   Motions& s = m.scratch.state;
   const Motions& from = m.scratch.from;
   for (std::size_t b = 0; b < m.count(); ++b) {
@@ -95,8 +96,9 @@ std::array<Real, 3> weights_at(Real s) {
 
 /// A first guess of the stages: the accelerations of the last step go on as they did; or none.
 void guess_stages(Island& m, Real h) {
+  PANTIN_ASSERT(m.stage_accelerations.size() == 6 * m.count());
   CollocationScratch& s = m.scratch.collocation;
-  const bool known = !m.fresh && m.stage_step > 0 && h <= kFarthest * m.stage_step;
+  const bool known = !m.fresh && m.stage_step > 0 && h <= kLongestExtrapolation * m.stage_step;
   std::array<Real, 3> w[3];
   for (int i = 0; i < 3; ++i) w[i] = weights_at(1 + kC[i] * h / m.stage_step);
   for (std::size_t b = 0; b < m.count(); ++b)
@@ -122,6 +124,7 @@ void keep_accelerations(Island& m, Real h) {
       for (std::size_t k = 0; k < 2; ++k)
         m.stage_accelerations[2 * (i * m.count() + b) + k] =
             m.scratch.collocation.rate[i][kStageVectors * b + 2 + k];
+  PANTIN_ASSERT(h > 0);
   m.stage_step = h;
 }
 
@@ -190,7 +193,7 @@ bool solve_stages(const Attempt& a) {
     ++a.m.iterations;
     if (!std::isfinite(size)) return false;
     const Real scale = std::max(Real(1), largest(s.stage[2])), ratio = size / before;
-    if (to_rounding && ratio >= 1 && before <= kSmall * scale) return true;
+    if (to_rounding && ratio >= 1 && before <= kSmallCorrection * scale) return true;
     correct_stages(s);
     const Real goal = std::max(kLeft * a.tolerance, kRounding * scale);
     if (size <= goal || (n > 0 && ratio < 1 && size * ratio <= goal * (1 - ratio))) return true;
@@ -214,6 +217,7 @@ void start_step(const Attempt& a) {
 /// The error by the rates `rate` at the start and by the stages. [sec. IV.8, eq. 8.19]
 Real estimate(Island& m, const Stages& rate, Real h) {
   CollocationScratch& s = m.scratch.collocation;
+  PANTIN_ASSERT(s.error.size() == rate.size());
   for (std::size_t n = 0; n < s.error.size(); ++n)
     s.error[n] = (h * rate[n] + kEstimate[0] * s.stage[0][n] + kEstimate[1] * s.stage[1][n] +
                   kEstimate[2] * s.stage[2][n]) /

@@ -28,6 +28,7 @@ constexpr Real kGrows = 0.1;
 
 /// Rotates by `angle` about a body axis; `l` in body axes stays in space.
 void rotate_about(Quat& q, Vec3& l, int axis, Real angle) {
+  PANTIN_ASSERT(axis >= 0 && axis < 3);
   const int next = (axis + 1) % 3, last = (axis + 2) % 3;
   const Real ch = std::cos(0.5 * angle), sh = std::sin(0.5 * angle);
   const Real c = 1 - 2 * sh * sh, s = 2 * sh * ch, a = l[next], b = l[last];
@@ -117,6 +118,7 @@ bool is_beside_singular(Island& m, Real h) {
   StepScratch& scratch = m.scratch;
   if (!scratch.shuns_singular) return false;
   const std::span<Real> at_end = scratch.step_lambda;
+  PANTIN_ASSERT(at_end.size() == m.rows && scratch.dependence.size() == m.rows);
   note_dependence(m, at_end);
   Real turn = 0, most = 1, nearest = 0, product = 1;
   for (const Vec3& w : scratch.from.w) turn = std::max(turn, h * glm::length(w));
@@ -160,6 +162,7 @@ bool end_velocities(const World& world, Island& m, Real h) {
 bool step_once(const World& world, Island& m, const Span& span) {
   StepScratch& scratch = m.scratch;
   Motions& s = scratch.state;
+  PANTIN_ASSERT(scratch.momenta.size() == 2 * m.count());
   const Real h = span.h, tolerance = tolerance_of(m);
   update_kinematics(m), update_frames(world, m, span.fraction(0), span.whole);
   write_all_rows(world, m, {false, m.rolls});

@@ -49,6 +49,7 @@ StageSystem<Complex> complex_system(Island& m) {
 template <class T>
 T slope_of(const StageSystem<T>& s, std::size_t row) {
   const CollocationScratch& c = s.m.scratch.collocation;
+  PANTIN_ASSERT(row < c.mobility.size() && row < c.stiffness.size() && row < c.damping.size());
   const Real least = kLeastEffect / std::max(c.mobility[row], Real(1e-300));
   return s.g * s.g * T(c.stiffness[row]) + s.g * T(c.damping[row]) + T(least);
 }
@@ -73,6 +74,7 @@ template <class T>
 void assemble_system(const StageSystem<T>& s) {
   Island& m = s.m;
   std::vector<Real>& share = m.scratch.collocation.share;
+  PANTIN_ASSERT(share.size() == m.count());
   if (!s.braked) {
     std::fill(s.values.begin(), s.values.end(), T(0));
     assemble(m);

@@ -45,6 +45,7 @@ void gather(const World& world, Island& m, Real h) {
 /// The state before the step, for contacts.
 void note_entry(Island& m) {
   m.scratch.entry = m.scratch.state;
+  PANTIN_ASSERT(m.scratch.frame_starts.size() == m.frames.size());
   for (std::size_t i = 0; i < m.frames.size(); ++i)
     m.scratch.frame_starts[i] = {m.frames[i].before, m.frames[i].known};
 }
@@ -60,6 +61,7 @@ GearSide second_of(const Block& gear) { return {gear, 2}; }
 /// A coordinate of a gear, next to the one before.
 Real value_of(const World& world, const Island& m, const GearSide& side, Real before) {
   const auto& [b, end] = side;
+  PANTIN_ASSERT(b.kind == BlockKind::gear && (end == 0 || end == 2));
   const Gear& r = world.gears.values()[b.source];
   Real c = 0;
   write_coordinate(
@@ -76,6 +78,7 @@ enum class CountFrom : std::uint8_t { last, nearest };
 /// Updates the coordinates, counting whole revolutions.
 void count_turns(const World& world, Island& m, CountFrom from) {
   const bool anew = from == CountFrom::nearest;
+  PANTIN_ASSERT(m.memory.size() == m.blocks.size());
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     Block& b = m.blocks[i];
     Real* before = m.memory[i].before;
@@ -139,7 +142,7 @@ bool start(const World& world, Island& m, Real h) {
   count_turns(world, m, m.counted ? CountFrom::last : CountFrom::nearest);
   m.counted = true;
   write_all_rows(world, m, {true, true});
-  for (Touch& touch : m.scratch.state.touches) touch.slip = 0;
+  for (SurfaceCoordinates& touch : m.scratch.state.touches) touch.slip = 0;
   begin_active_set(world, m);
   if (m.unilateral && !m.rubs) resolve_impacts(world, m, Impact::inelastic);
   std::fill(m.mean_lambda.begin(), m.mean_lambda.end(), 0.0);
@@ -185,6 +188,7 @@ void allocate_scratch(Island& m) {
   const int stages = estimates        ? by.stages_estimated
                      : by.takes_means ? integrators::rk4.stages
                                       : by.stages;
+  PANTIN_ASSERT(static_cast<std::size_t>(stages) <= std::size(r.rates));
   for (int i = 0; i < stages; ++i)
     r.rates[i].assign(3 * bodies, Vec3(0)), r.quat_rates[i].assign(bodies, kIdentity);
   if (by.collocates) allocate_collocation(m);
@@ -239,6 +243,7 @@ void prepare(World& world) {
 }
 
 void step(World& world, Island& m, Real h) {
+  PANTIN_ASSERT(h > 0);
   m.lost_contact = Entity{}, m.released = 0, m.scratch.lost_touch = UINT32_MAX;
   m.scratch.relooked = m.scratch.turned_over = 0;
   m.lost = Entity{}, m.scratch.worst_relative_residual = 0, m.scratch.stepped = false;
@@ -248,6 +253,7 @@ void step(World& world, Island& m, Real h) {
     m.lost = m.unfit, m.cannot_close = false;
     return;
   }
+  PANTIN_ASSERT(m.scratch.ready);
   gather(world, m, h);
   const bool solid = !world.collisions.empty();
   if (solid) note_entry(m);
@@ -285,6 +291,7 @@ void step(World& world, Island& m, Real h) {
   follow_cables(world, m, h), follow_belts(world, m);
   write_back(world, m), write_back_touches(world, m);
   for (std::size_t i = 0; i < m.frames.size(); ++i) {
+    PANTIN_ASSERT(m.count() + i < m.scratch.body_states.size());
     const BodyState& at = m.scratch.body_states[m.count() + i];
     m.frames[i].before = {at.position, at.rotation}, m.frames[i].known = true;
   }
@@ -294,6 +301,7 @@ void step(World& world, Island& m, Real h) {
 ConstraintWrench joint_wrench(const Island& m, std::size_t block) {
   ConstraintWrench sum;
   if (!m.scratch.ready) return sum;
+  PANTIN_ASSERT(block < m.blocks.size() && m.blocks[block].count > 1);
   Vec3 pull[2] = {Vec3(0), Vec3(0)};
   const Block& joint = m.blocks[block];
   // A joint's limits follow it.
@@ -311,6 +319,7 @@ Real joint_gap(const World& world, const Island& m, std::size_t block) {
     const Body& b = world.bodies[e];
     return BodyState{b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), {}, {}};
   };
+  PANTIN_ASSERT(m.blocks[block].kind == BlockKind::joint);
   const Link& link = world.links.values()[m.blocks[block].source];
   Real c[6] = {}, sum = 0;
   write_rows({link.joint, body_states(link.a), body_states(link.b), m.memory[block].before[0]},
@@ -326,6 +335,7 @@ void place_for_inspection(const World& world, Island& m, Real h) {
 }
 
 std::vector<Fault> inspect(const World& world, std::size_t number) {
+  PANTIN_ASSERT(number < islands_of(world).size());
   Island m = islands_of(world)[number];
   constexpr Real kInspectionStep = 1e-3;
   place_for_inspection(world, m, kInspectionStep);

@@ -7,19 +7,20 @@
 namespace pantin::detail::lagrangian {
 namespace {
 
-/// m/s: what comes apart no slower came not nearer.
-constexpr Real kApart = 1e-3;
-/// m: as of limits.
-constexpr Real kWithin = 1e-9;
+/// m/s: closing-speed tolerance. Surfaces that separate no slower than this do not count as
+/// closing.
+constexpr Real kClosingSpeed = 1e-3;
+/// m: tolerance of penetration, as of limits.
+constexpr Real kPenetration = 1e-9;
 /// Of the largest force: less is rounding.
-constexpr Real kRounding = 1e-9;
+constexpr Real kForceRounding = 1e-9;
 
 bool may_lift(const Island& m, std::size_t block) {
   return m.blocks[block].kind == BlockKind::surface && !m.blocks[block].lock;
 }
 bool is_within(const Island& m, std::size_t block) {
   return may_lift(m, block) && !m.memory[block].active &&
-         m.scratch.c[m.blocks[block].first_row] < -kWithin;
+         m.scratch.c[m.blocks[block].first_row] < -kPenetration;
 }
 
 /// Far from 0, N.
@@ -38,7 +39,7 @@ Real largest(std::span<const Real> forces) {
 
 /// How fast the two bodies come apart at a pair, m/s, at the rows of now.
 Real opening_speed(const Island& m, const Block& b) {
-  const TouchFound& found = m.scratch.touching[b.first_place];
+  const SurfaceFound& found = m.scratch.touching[b.first_place];
   const auto velocity = [&](std::size_t k, Vec3 point) {
     const BodyState& at = m.scratch.body_states[b.body[k]];
     return at.velocity + glm::cross(at.angular_velocity, point - at.position);
@@ -51,7 +52,7 @@ Real opening_speed(const Island& m, const Block& b) {
 
 void note_pulls(Island& m, const Span& span) {
   if (!m.unilateral || m.scratch.pulled_at < 1e300) return;
-  const Real rounding = kRounding * largest(m.mean_lambda);
+  const Real rounding = kForceRounding * largest(m.mean_lambda);
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
     if (left_of(m, i, m.mean_lambda) < -rounding) m.scratch.pulled_at = span.from + span.h;
 }
@@ -59,7 +60,7 @@ void note_pulls(Island& m, const Span& span) {
 void note_ends(Island& m, Real end) {
   if (!m.unilateral || m.scratch.pulled_at <= end) return;
   const std::span<const Real> before = m.scratch.lambda_before;
-  const Real rounding = kRounding * largest(before);
+  const Real rounding = kForceRounding * largest(before);
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     // From the mean of a step to its end is half of the way from mean to mean.
     const Real left = left_of(m, i, m.mean_lambda);
@@ -109,10 +110,10 @@ bool set_back(const World& world, Island& m, const Span& span) {
   if (!row_of(m.settings.integrator).projection_moves) return true;
   bool any = false;
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
-    TouchFound* found = may_lift(m, i) ? &scratch.touching[m.blocks[i].first_place] : nullptr;
+    SurfaceFound* found = may_lift(m, i) ? &scratch.touching[m.blocks[i].first_place] : nullptr;
     if (!found) continue;
-    found->is_set_back =
-        is_within(m, i) && found->opened >= -kApart && opening_speed(m, m.blocks[i]) >= -kApart;
+    found->is_set_back = is_within(m, i) && found->opened >= -kClosingSpeed &&
+                         opening_speed(m, m.blocks[i]) >= -kClosingSpeed;
     any = any || found->is_set_back;
   }
   if (!any) return true;

@@ -24,12 +24,14 @@ bool has_friction(const Island& m, std::size_t block) {
 }
 /// A slip against which friction acts; of its block of rolling.
 bool slips(const Island& m, std::size_t block) {
+  PANTIN_ASSERT(block < m.blocks.size());
   return has_friction(m, block) && !m.memory[block].active && is_active(m, block - 1);
 }
 
 /// Adds a force of friction of `size` at a place to forces and torques, two a body.
 void add_friction(const Island& m, const Block& roll, Real size, std::span<Vec3> force) {
-  const TouchFound& found = m.scratch.touching[roll.first_place];
+  PANTIN_ASSERT(roll.kind == BlockKind::roll && 2 * m.count() <= force.size());
+  const SurfaceFound& found = m.scratch.touching[roll.first_place];
   for (std::size_t k = 0; k < 2; ++k) {
     if (roll.body[k] >= m.count()) continue;
     const Vec3 pull = (k == 0 ? -size : size) * found.along;
@@ -40,7 +42,7 @@ void add_friction(const Island& m, const Block& roll, Real size, std::span<Vec3>
 
 /// How a slips on b at present, m/s.
 Vec3 slip_of(const Island& m, const Block& roll) {
-  const TouchFound& found = m.scratch.touching[roll.first_place];
+  const SurfaceFound& found = m.scratch.touching[roll.first_place];
   Vec3 v(0);
   for (std::size_t k = 0; k < 2; ++k) {
     const BodyState& at = m.scratch.body_states[roll.body[k]];
@@ -54,7 +56,7 @@ Vec3 slip_of(const Island& m, const Block& roll) {
 /// way within a time of `slip / deceleration`; where this is less than the part of the step that is
 /// taken, the way turns as in an implicit step.
 Real fast_enough(const Island& m, const Block& roll, Vec3 way) {
-  const TouchFound& found = m.scratch.touching[roll.first_place];
+  const SurfaceFound& found = m.scratch.touching[roll.first_place];
   const Vec3 across = glm::cross(found.normal, way);
   Real mobility = 0;
   for (std::size_t k = 0; k < 2; ++k) {
@@ -78,7 +80,8 @@ Vec3 way_of(const Island& m, const Block& roll, Vec3 slip, Vec3 before) {
 /// The way that friction acts against. Past the end of a slip it acts as before: the end is an
 /// event.
 void aim(Island& m, const Block& roll) {
-  TouchFound& found = m.scratch.touching[roll.first_place];
+  SurfaceFound& found = m.scratch.touching[roll.first_place];
+  PANTIN_ASSERT(is_unit(found.normal));
   const Vec3 before = m.touches[roll.first_place].slip, slip = slip_of(m, roll);
   if (glm::length(slip) > kStill) {
     found.along = way_of(m, roll, glm::dot(slip, before) < 0 ? -slip : slip, before);
@@ -91,7 +94,8 @@ void aim(Island& m, const Block& roll) {
 
 /// The force of rolling rows on a.
 Vec3 held_by(const Island& m, const Block& roll, std::span<const Real> lambda) {
-  const TouchFound& found = m.scratch.touching[roll.first_place];
+  const SurfaceFound& found = m.scratch.touching[roll.first_place];
+  PANTIN_ASSERT(roll.rows <= std::size(found.tangent));
   Vec3 sum(0);
   for (std::size_t r = 0; r < roll.rows; ++r) sum += lambda[roll.first_row + r] * found.tangent[r];
   return sum;
@@ -114,7 +118,7 @@ void turn_slips(Island& m, Real h) {
   set_grips(m, m.mean_lambda);
   for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i)
     if (has_friction(m, i))
-      m.scratch.touching[m.blocks[i].first_place].holds = TouchFound::Holds::as_it_can,
+      m.scratch.touching[m.blocks[i].first_place].holds = SurfaceFound::Holds::as_it_can,
       m.scratch.touching[m.blocks[i].first_place].jams = false;
   aim_slips(m);
 }
@@ -122,7 +126,7 @@ void turn_slips(Island& m, Real h) {
 void aim_slips(Island& m) {
   for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i) {
     if (!slips(m, i)) continue;
-    TouchFound& found = m.scratch.touching[m.blocks[i].first_place];
+    SurfaceFound& found = m.scratch.touching[m.blocks[i].first_place];
     const Vec3 slip = slip_of(m, m.blocks[i]);
     found.slip_before = glm::length(slip);
     Vec3& way = m.touches[m.blocks[i].first_place].slip;
@@ -151,7 +155,7 @@ void end_slips(Island& m, Real tolerance) {
     // What turns and ends again in the same step would go on to do so.
     const bool turns = ++m.scratch.touching[place].ends > 1;
     if (turns || speed <= std::max(kNoSlip, kAcross * m.scratch.touching[place].slip_before))
-      m.memory[i].active = true, m.scratch.touching[place].holds = TouchFound::Holds::anyway;
+      m.memory[i].active = true, m.scratch.touching[place].holds = SurfaceFound::Holds::anyway;
     else
       m.touches[place].slip = slip / speed;
   }
@@ -160,7 +164,7 @@ void end_slips(Island& m, Real tolerance) {
 Real grip_left(const Island& m, std::size_t block, std::span<const Real> lambda) {
   const Block& roll = m.blocks[block];
   if (!m.rubs || !has_friction(m, block) || !m.memory[block].active || !is_active(m, block - 1) ||
-      m.scratch.touching[roll.first_place].holds == TouchFound::Holds::anyway)
+      m.scratch.touching[roll.first_place].holds == SurfaceFound::Holds::anyway)
     return 1e300;
   const Real grip = roll.bound * std::abs(lambda[m.blocks[block - 1].first_row]);
   return grip - glm::length(held_by(m, roll, lambda));
@@ -169,16 +173,16 @@ Real grip_left(const Island& m, std::size_t block, std::span<const Real> lambda)
 void give_way_at(Island& m, std::size_t block, std::span<const Real> lambda) {
   const Block& roll = m.blocks[block];
   m.memory[block].active = false;
-  m.scratch.touching[roll.first_place].holds = TouchFound::Holds::gave_way;
+  m.scratch.touching[roll.first_place].holds = SurfaceFound::Holds::gave_way;
   m.touches[roll.first_place].slip = -glm::normalize(held_by(m, roll, lambda));
 }
 
 bool yield_holding(Island& m, std::span<const Real> lambda, Real least) {
-  using Holds = TouchFound::Holds;
+  using Holds = SurfaceFound::Holds;
   bool any = false;
   for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i) {
     if (!has_friction(m, i) || !is_active(m, i - 1)) continue;
-    TouchFound& found = m.scratch.touching[m.blocks[i].first_place];
+    SurfaceFound& found = m.scratch.touching[m.blocks[i].first_place];
     const bool jams = std::exchange(found.jams, false) && !m.memory[i].active;
     if (jams || (found.holds == Holds::gave_way && slip_left(m, i) < 0)) {
       found.holds = Holds::anyway, m.memory[i].active = any = true;
@@ -222,7 +226,7 @@ Real raise_grips(Island& m, Real h, std::span<Vec3> load) {
     most = std::max(most, glm::length(load[2 * b]) / h);
   for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i) {
     if (!slips(m, i)) continue;
-    TouchFound& found = m.scratch.touching[m.blocks[i].first_place];
+    SurfaceFound& found = m.scratch.touching[m.blocks[i].first_place];
     const Real force = m.scratch.lambda[m.blocks[i - 1].first_row] / h;
     const Real grip = std::abs(force + m.touches[m.blocks[i].first_place].projected);
     add_friction(m, m.blocks[i], h * m.blocks[i].bound * (grip - found.grip), load);
@@ -235,7 +239,7 @@ Real raise_grips(Island& m, Real h, std::span<Vec3> load) {
 void jam_slips(Island& m, Real h, std::span<Vec3> load) {
   for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i) {
     if (!slips(m, i)) continue;
-    TouchFound& found = m.scratch.touching[m.blocks[i].first_place];
+    SurfaceFound& found = m.scratch.touching[m.blocks[i].first_place];
     if (!load.empty()) add_friction(m, m.blocks[i], -h * m.blocks[i].bound * found.grip, load);
     found.grip = 0, found.jams = true;
   }

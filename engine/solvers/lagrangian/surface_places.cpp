@@ -1,7 +1,8 @@
 // Where surfaces touch: which pairs are followed, when all are looked at again, what ends them.
 //
-// What may lift off has several places, each a pair of least gap and a row of its own, bearing or
-// not: one that comes nearer is met in time. What a search finds is new only if no place has it.
+// A surface joint that may lift off tracks several local minima of the gap. Each has a row of its
+// own, active or not, so that a minimum that comes nearer is met in time. A minimum that a search
+// finds is new only if none of those that are tracked is the same.
 #include <algorithm>
 #include <limits>
 
@@ -104,7 +105,7 @@ void search(const Spots& s, const Pose& at, Real h) {
     if (is_known || ((any_known || i > 0) && !may_have_met(found[i], most))) continue;
     const std::size_t n = place_for(s, found[i], at);
     if (n == s.count) continue;
-    TouchMemory& memory = s.memory(n);
+    SurfaceMemory& memory = s.memory(n);
     memory.known = memory.is_least = true;
     memory.touch = {found[i].at, {}, s.world.time, 0}, memory.slip = Vec3(0);
     s.m.memory[s.block(n)].active = false;
@@ -112,15 +113,15 @@ void search(const Spots& s, const Pose& at, Real h) {
   for (std::size_t n = 0; n < s.count; ++n) s.memory(n).is_far = !s.memory(n).known;
 }
 
-/// Places off their surfaces are forgotten; the first begins where the joint says.
+/// Drops minima that left their surfaces; the first one starts at the joint's initial guess.
 void begin(const Spots& s) {
   const SurfaceContact& c = s.contact();
   for (std::size_t n = 0; n < s.count; ++n) {
-    TouchMemory& memory = s.memory(n);
+    SurfaceMemory& memory = s.memory(n);
     if (memory.known && !(is_on(c.on_a, memory.touch.at.a) && is_on(c.on_b, memory.touch.at.b)))
       memory.known = false;
   }
-  TouchMemory& one = s.memory(0);
+  SurfaceMemory& one = s.memory(0);
   if (!one.known && !one.is_far && c.known)
     one.known = true, one.touch = {c.at, {}, s.world.time, 0};
 }
@@ -130,7 +131,7 @@ bool wants_search(const Spots& s, const Pose& at) {
   const SurfaceContact& c = s.contact();
   bool any_open = false, is_unsure = false;
   for (std::size_t n = 0; n < s.count; ++n) {
-    const TouchMemory& memory = s.memory(n);
+    const SurfaceMemory& memory = s.memory(n);
     any_open = any_open || !memory.is_over();
     is_unsure = is_unsure || (memory.known && !memory.is_least);
     if (s.is_open(n) && !memory.is_far) return true;
@@ -220,7 +221,7 @@ void note_touches(const World& world, Island& m) {
     if (!m.touches[n].known || !is_active(m, m.touch_blocks[n])) continue;
     const SurfaceContact& c = world.surface_contacts.values()[m.touch_sources[n]];
     const nurbs::PlacePair& at = m.scratch.state.touches[n].at;
-    TouchFound& found = m.scratch.touching[n];
+    SurfaceFound& found = m.scratch.touching[n];
     const PlaceOn on_a = place_on_a(c, at.a), on_b = place_on(c.on_b, at.b);
     found.from[0] = on_a.at, found.from[1] = on_b.at;
     found.normal_from[0] = on_a.normal, found.normal_from[1] = on_b.normal;
@@ -233,7 +234,7 @@ bool touches_leap(const World& world, Island& m, Real h) {
     if (!m.touches[n].known || !is_active(m, m.touch_blocks[n])) continue;
     const SurfaceContact& c = world.surface_contacts.values()[m.touch_sources[n]];
     const nurbs::PlacePair& at = m.scratch.state.touches[n].at;
-    const TouchFound& found = m.scratch.touching[n];
+    const SurfaceFound& found = m.scratch.touching[n];
     const Block& b = m.blocks[m.touch_blocks[n]];
     const auto spin = [&](std::size_t k) {
       return m.scratch.body_states[b.body[k]].angular_velocity;
@@ -292,7 +293,7 @@ bool release_lost(const World& world, Island& m) {
   if (scratch.lost_touch == UINT32_MAX) return false;
   const std::uint32_t source = m.touch_sources[scratch.lost_touch];
   const SurfaceContact& c = world.surface_contacts.values()[source];
-  TouchMemory& memory = m.touches[scratch.lost_touch];
+  SurfaceMemory& memory = m.touches[scratch.lost_touch];
   // What may lift off has other pairs, which are looked for.
   if (c.lifts && scratch.lost_how == ContactStatus::lost && scratch.relooked < kMostLooks) {
     memory.is_least = false, scratch.lost_touch = UINT32_MAX, ++scratch.relooked;
@@ -326,7 +327,7 @@ Vec3 force_on_b(const Island& m, std::size_t block) {
 
 SurfaceSpot spot_of(const Spots& s, std::size_t n) {
   const std::uint32_t block = s.block(n);
-  const TouchFound& found = s.m.scratch.touching[s.first + n];
+  const SurfaceFound& found = s.m.scratch.touching[s.first + n];
   if (!s.memory(n).known) return {};
   SurfaceSpot spot{is_active(s.m, block), false, found.on_b, found.normal, Vec3(0), found.gap};
   if (!spot.touches) return spot;
@@ -343,8 +344,8 @@ namespace {
 
 /// Without rates of their own, places go on as they did.
 void guess_rates(const Spots& s, std::size_t n) {
-  const Touch& before = s.memory(n).touch;
-  Touch& now = s.m.scratch.state.touches[s.first + n];
+  const SurfaceCoordinates& before = s.memory(n).touch;
+  SurfaceCoordinates& now = s.m.scratch.state.touches[s.first + n];
   const Real time = now.time - before.time;
   const nurbs::PlacePair &p = before.at, &q = now.at;
   const SurfaceContact& c = s.contact();
@@ -367,8 +368,8 @@ void write_back_touches(World& world, Island& m) {
     SurfaceContact& c = world.surface_contacts.values()[m.touch_sources[s.first]];
     c.over = true;
     for (std::size_t n = 0; n < s.count; ++n) {
-      TouchMemory& memory = s.memory(n);
-      const TouchFound& found = m.scratch.touching[s.first + n];
+      SurfaceMemory& memory = s.memory(n);
+      const SurfaceFound& found = m.scratch.touching[s.first + n];
       if (row_of(m.settings.integrator).projection_moves) guess_rates(s, n);
       memory.touch = m.scratch.state.touches[s.first + n];
       c.over = c.over && memory.is_over();

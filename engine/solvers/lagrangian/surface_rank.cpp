@@ -48,7 +48,7 @@ Real part_that_opens(const World& world, Island& m, const Block& gap) {
 }  // namespace
 
 void find_following_gaps(const World& world, Island& m, Real h) {
-  for (TouchFound& found : m.scratch.touching) found.gap_follows = false;
+  for (SurfaceFound& found : m.scratch.touching) found.gap_follows = false;
   bool is_written = false;
   for (std::size_t i = 0; m.loops && i < m.blocks.size(); ++i) {
     if (!is_held_to_roll(m, i)) continue;

@@ -62,7 +62,7 @@ struct Spots {
   const SurfaceContact& contact() const {
     return world.surface_contacts.values()[m.touch_sources[first]];
   }
-  TouchMemory& memory(std::size_t n) const { return m.touches[first + n]; }
+  SurfaceMemory& memory(std::size_t n) const { return m.touches[first + n]; }
   std::uint32_t block(std::size_t n) const { return m.touch_blocks[first + n]; }
   bool bears(std::size_t n) const { return m.memory[block(n)].active && memory(n).known; }
   bool is_open(std::size_t n) const { return !memory(n).known && !memory(n).is_over(); }

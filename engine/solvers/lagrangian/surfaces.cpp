@@ -23,7 +23,7 @@ namespace {
 using nurbs::ContactStatus;
 
 /// Gap of surfaces that are not near one another, m.
-constexpr Real kFar = 1e3;
+constexpr Real kGapWhereApart = 1e3;
 
 using Pair = nurbs::CommonNormal;
 
@@ -34,7 +34,7 @@ nurbs::Moving moving_pair(const SurfaceContact& c, const nurbs::CurveMotion& of)
 }
 
 /// Parameters moved on by their rates, kept within the domain.
-nurbs::PlacePair predicted(const SurfaceContact& c, const Touch& t, Real time) {
+nurbs::PlacePair predicted(const SurfaceContact& c, const SurfaceCoordinates& t, Real time) {
   nurbs::PlacePair to = t.at;
   const auto go = [&](const ContactSurface& s, nurbs::Place& place, const Real* rate) {
     if (s.curve) {
@@ -64,6 +64,7 @@ struct Contact3 {
   Pose surface_a, surface_b, a_in_b;  // world, world, in b's
 };
 Contact3 contact_at(const World& world, const Island& m, const Block& block) {
+  PANTIN_ASSERT(block.kind == BlockKind::surface && block.count == 2);
   const SurfaceContact& c = world.surface_contacts.values()[block.source];
   const Pose a = compose(pose_of(m, block.body[0]), c.on_a.pose);
   const Pose b = compose(pose_of(m, block.body[1]), c.on_b.pose);
@@ -125,8 +126,10 @@ const Block* roll_of(const Island& m, std::size_t block) {
 bool follow(Island& m, const Contact3& k, std::size_t block, Pair& now) {
   const Block& b = m.blocks[block];
   StepScratch& scratch = m.scratch;
-  Touch& touch = scratch.state.touches[b.first_place];
-  TouchFound& found = scratch.touching[b.first_place];
+  PANTIN_ASSERT(b.first_place < scratch.state.touches.size() &&
+                b.first_place < scratch.touching.size());
+  SurfaceCoordinates& touch = scratch.state.touches[b.first_place];
+  SurfaceFound& found = scratch.touching[b.first_place];
   if (!(found.is_fresh && found.a_in_b.position == k.a_in_b.position &&
         found.a_in_b.rotation == k.a_in_b.rotation)) {
     now = track_pair(k.c, k.a_in_b, predicted(k.c, touch, scratch.time - touch.time));
@@ -137,7 +140,7 @@ bool follow(Island& m, const Contact3& k, std::size_t block, Pair& now) {
     now = found.pair;
   }
   if (now.status == ContactStatus::found) {
-    if (const TouchWays& ways = m.touch_ways[b.first_place]; ways.a)
+    if (const SurfaceWays& ways = m.touch_ways[b.first_place]; ways.a)
       touch.slip += ways.a->way(touch.at.a.u, now.at.a.u) + ways.b->way(touch.at.b.u, now.at.b.u);
     touch.at = now.at, touch.time = scratch.time;
     return true;
@@ -149,7 +152,7 @@ bool follow(Island& m, const Contact3& k, std::size_t block, Pair& now) {
 }
 
 /// How the normal turns as seen from either body.
-void note_turning(const Contact3& k, const nurbs::Moving& moving, TouchFound& found) {
+void note_turning(const Contact3& k, const nurbs::Moving& moving, SurfaceFound& found) {
   const Vec3 turns = moving.normal - glm::cross(twist_of(k).angular, found.pair.normal);
   found.normal_rate[0] = glm::conjugate(k.a_in_b.rotation) * turns;
   found.normal_rate[1] = moving.normal;
@@ -161,7 +164,7 @@ void write_gammas(Island& m, const Contact3& k, std::size_t block, const Pair& n
   const Block& b = m.blocks[block];
   const Block* roll = roll_of(m, block);
   StepScratch& scratch = m.scratch;
-  Touch& touch = scratch.state.touches[b.first_place];
+  SurfaceCoordinates& touch = scratch.state.touches[b.first_place];
   const nurbs::Moving moving = moving_pair(k.c, {k.a_in_b, touch.at, twist_of(k)});
   touch.rates = moving.rates;
   note_turning(k, moving, scratch.touching[b.first_place]);
@@ -188,7 +191,7 @@ void write_gammas(Island& m, const Contact3& k, std::size_t block, const Pair& n
 
 void write_rolling(Island& m, const Contact3& k, const Block& roll, const Pair& now) {
   StepScratch& scratch = m.scratch;
-  TouchFound& found = scratch.touching[roll.first_place];
+  SurfaceFound& found = scratch.touching[roll.first_place];
   const Quat turn = k.surface_b.rotation;
   const Vec3 arms[2] = {to_world(k.surface_b, now.on_a) - k.a.position, found.on_b - k.b.position};
   const Tangent own = tangent_of(k.c, now.normal, Vec3(0));
@@ -215,7 +218,7 @@ nurbs::CommonNormal track_pair(const SurfaceContact& c, const Pose& a_in_b,
 }
 
 void find_turning(const World& world, Island& m, std::size_t block) {
-  TouchFound& found = m.scratch.touching[m.blocks[block].first_place];
+  SurfaceFound& found = m.scratch.touching[m.blocks[block].first_place];
   if (found.knows_rate) return;
   const Contact3 k = contact_at(world, m, m.blocks[block]);
   note_turning(k, moving_pair(k.c, {k.a_in_b, found.pair.at, twist_of(k)}), found);
@@ -230,14 +233,14 @@ void write_surface(const World& world, Island& m, std::size_t block, Want want) 
   const Block& b = m.blocks[block];
   const Block* roll = roll_of(m, block);
   StepScratch& scratch = m.scratch;
-  TouchFound& found = scratch.touching[b.first_place];
-  const TouchMemory& memory = m.touches[b.first_place];
+  SurfaceFound& found = scratch.touching[b.first_place];
+  const SurfaceMemory& memory = m.touches[b.first_place];
   const auto bind_nothing = [&](Real gap) {
     clear_rows(m, b);
     if (roll) clear_rows(m, *roll);
     scratch.c[b.first_row] = gap;
   };
-  if (memory.is_over() || !memory.known) return bind_nothing(kFar);
+  if (memory.is_over() || !memory.known) return bind_nothing(kGapWhereApart);
   const Contact3 k = contact_at(world, m, b);
   Pair now;
   // Surfaces apart that are not followed further are as far as they were.

@@ -41,6 +41,7 @@ FrameMotion along(const KinematicPath& drive, Real time) {
 /// A frame moved by the caller: constant velocity over the step.
 FrameMotion evenly(const Pose& from, const Pose& to, Real part, Real h) {
   FrameMotion f;
+  PANTIN_ASSERT(is_positive(h));
   f.velocity = (to.position - from.position) / h;
   f.angular_velocity = angular_velocity_between(from.rotation, to.rotation, h);
   f.pose = {glm::mix(from.position, to.position, part),
@@ -57,6 +58,7 @@ FrameMotion motion_of(const World& world, const Frame& frame, Real part, Real h)
     const Pose to{{world.cables.values()[frame.cable].joint.length, 0, 0}, kIdentity};
     return evenly(frame.known ? frame.before : to, to, part, h);
   }
+  PANTIN_ASSERT(frame.slot < world.bodies.size());
   const Body& body = world.bodies.values()[frame.slot];
   if (body.motion == Motion::fixed) return {body.pose};
   if (const KinematicPath* drive = world.paths.find(world.bodies.owners()[frame.slot]))
@@ -139,6 +141,7 @@ void write_gear(const World& world, Island& m, const Block& b, const BlockMemory
                       m.scratch.body_states[b.body[ends[1]]], of.before},
                      of.which, {&value, row, &g});
     c += factor * value, gamma += factor * g;
+    PANTIN_ASSERT(ends[0] < b.count && ends[1] < b.count);
     for (int end = 0; end < 2; ++end)
       for (int i = 0; i < 2; ++i) j[2 * ends[end] + i] += factor * row[2 * end + i];
   };
@@ -165,6 +168,7 @@ void add_elastic_forces(const World& world, Island& m) {
 void write_compliant(const World& world, Island& m, const Block& b) {
   Vec3* j = &m.scratch.jacobian[b.first_vector];
   std::fill(j, j + vectors_of(b), Vec3(0));
+  PANTIN_ASSERT(b.kind == BlockKind::elastic_cable || b.count == 2);
   if (!m.scratch.springs_active) return;
   const BodyState &at_a = m.scratch.body_states[b.body[0]],
                   &at_b = m.scratch.body_states[b.body[1]];
@@ -204,6 +208,7 @@ void add_pair_force(Island& m, const BodyPairForce& p, const OppositeForces& for
 }
 
 Real opening_rate(const World& world, Island& m, std::size_t block) {
+  PANTIN_ASSERT(is_one_sided(m, block) && !m.memory[block].active);
   m.memory[block].active = true;
   write_limit(world, m, block);
   const Real rate = rate_of(m, m.blocks[block], 0);
@@ -214,6 +219,7 @@ Real opening_rate(const World& world, Island& m, std::size_t block) {
 
 bool is_active(const Island& m, std::size_t block) {
   const Block& b = m.blocks[block];
+  PANTIN_ASSERT(m.memory.size() == m.blocks.size());
   if (is_compliant(b.kind)) return m.scratch.springs_active;
   if (b.kind == BlockKind::roll)
     return (b.holonomic || !m.scratch.poses_only) && (b.lock || m.memory[block].active) &&
@@ -244,6 +250,8 @@ void thicken(Island& m, Real least) {
 }
 
 void update_frames(const World& world, Island& m, Real part, Real h) {
+  PANTIN_ASSERT(is_range(0, part) && is_range(part, 1 + 1e-9));
+  PANTIN_ASSERT(m.scratch.body_states.size() == m.count() + m.frames.size());
   m.scratch.time = world.time + part * h;
   for (std::size_t i = 0; i < m.frames.size(); ++i) {
     const std::size_t n = m.count() + i;

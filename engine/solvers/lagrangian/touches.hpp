@@ -9,7 +9,7 @@
 namespace pantin::detail::lagrangian {
 
 /// Where two surfaces touch at one time: the coordinates of their contact.
-struct Touch {
+struct SurfaceCoordinates {
   nurbs::PlacePair at;
   std::array<Real, 4> rates{};  // of the parameters when they were found last
   Real time = 0;                // s, of `at`
@@ -24,7 +24,7 @@ struct Touch {
 };
 
 /// The curves of a contact, made ready to tell ways along them; or none.
-struct TouchWays {
+struct SurfaceWays {
   std::shared_ptr<const nurbs::CurvePieces> a, b;
 
   static void fields(auto& self, auto&& field) {
@@ -34,8 +34,8 @@ struct TouchWays {
 };
 
 /// State of a contact of surfaces besides.
-struct TouchMemory {
-  Touch touch;
+struct SurfaceMemory {
+  SurfaceCoordinates touch;
   bool known = false;                                      // where they touch
   nurbs::ContactStatus how = nurbs::ContactStatus::found;  // else the joint has let go
   Pose searched;        // a in b when all pairs were looked at last
@@ -61,7 +61,7 @@ struct TouchMemory {
 };
 
 /// What the rows of a contact were written from last.
-struct TouchFound {
+struct SurfaceFound {
   // In the frame of b, where a stood at `a_in_b`; such a pose is not looked at twice in a step.
   nurbs::CommonNormal pair;
   Pose a_in_b;

@@ -16,6 +16,7 @@ Pose pose_of(const World& world, const Planar& all, std::uint32_t body) {
 /// A pulley as the motions of the step have brought it.
 BeltPlace place_in(const World& world, const Planar& all, const PulleyAt& at) {
   const Motions& m = all.scratch.motions;
+  PANTIN_ASSERT(at.index < at.belt.pulleys.size() && at.body < m.position.size());
   const BeltPulley& p = at.belt.pulleys[at.index];
   const Real gained = m.gained[at.body];
   const Vec3 arm = pose_of(world, all, at.body).rotation * p.anchor;
@@ -77,6 +78,7 @@ void begin_belts(World& world, Planar& all) {
 
 void let_slip(const World& world, Planar& all, const Mechanism& of, Real h) {
   StepScratch& s = all.scratch;
+  PANTIN_ASSERT(s.rows.size() >= of.spans.size());
   const std::size_t first = s.rows.size() - of.spans.size();
   s.lambda.clear();
   for (const Row& row : s.rows) s.lambda.push_back(-rate_of(row, s.motions.velocity));
@@ -103,6 +105,7 @@ void end_belts(World& world, Planar& all, Real h) {
     const std::span<const FlatSpan> spans(&all.spans[first], all.spans[first].held);
     Belt& belt = world.belts.values()[spans.front().belt];
     const std::size_t count = belt.pulleys.size();
+    PANTIN_ASSERT(count <= kMostPulleys && spans.size() <= count);
     Pose poses[kMostPulleys];
     Real angles[kMostPulleys] = {};
     const auto note = [&](std::size_t pulley, std::uint32_t body) {

@@ -62,9 +62,9 @@ inline bool is_let_pass(const b2Fixture& surface, Vec3 way, Vec3 outwards, const
 }
 
 /// The touch of a manifold's point, without its impulses.
-inline Touch touch_of(b2Contact& contact, const b2ManifoldPoint& point) {
+inline PlaneContact touch_of(b2Contact& contact, const b2ManifoldPoint& point) {
   const FixtureAt a = unpacked(*contact.GetFixtureA()), b = unpacked(*contact.GetFixtureB());
-  Touch t;
+  PlaneContact t;
   t.a = a.body, t.b = b.body, t.outline_a = a.outline, t.outline_b = b.outline;
   t.feature = point.id.key;
   return t;
@@ -75,18 +75,19 @@ inline Touch touch_of(b2Contact& contact, const b2ManifoldPoint& point) {
 class ContactListener final : public b2ContactListener {
  public:
   /// `origin` (m) is where Box2D's is; `to_box2d` are units in a metre.
-  ContactListener(const Plane& plane, const std::vector<Touch>& before, Vec3 origin, Real to_box2d)
+  ContactListener(const Plane& plane, const std::vector<PlaneContact>& before, Vec3 origin,
+                  Real to_box2d)
       : plane_(plane), before_(before), origin_(origin), scale_(to_box2d) {}
   void end() {
     if (std::exchange(on_, false)) std::sort(borne_.begin(), borne_.end(), comes_before);
   }
   /// What contacts have borne in the step; those that are over at its end, too. Sorted.
-  const std::vector<Touch>& borne() const { return borne_; }
+  const std::vector<PlaneContact>& borne() const { return borne_; }
   void PostSolve(b2Contact* contact, const b2ContactImpulse* impulse) override {
     b2WorldManifold at;
     contact->GetWorldManifold(&at);
     for (int i = 0; i < impulse->count; ++i) {
-      Touch& sum = sum_of(touch_of(*contact, contact->GetManifold()->points[i]));
+      PlaneContact& sum = sum_of(touch_of(*contact, contact->GetManifold()->points[i]));
       const b2Vec2 on_b = impulse->normalImpulses[i] * at.normal +
                           impulse->tangentImpulses[i] * b2Cross(at.normal, 1.0f);
       sum.impulse -= Vec3(on_b.x, on_b.y, 0) / scale_;
@@ -99,7 +100,7 @@ class ContactListener final : public b2ContactListener {
     if (!on_ || old->pointCount > 0) return;
     b2Manifold& m = *contact->GetManifold();
     for (int i = 0; i < m.pointCount; ++i) {
-      const Touch t = touch_of(*contact, m.points[i]);
+      const PlaneContact t = touch_of(*contact, m.points[i]);
       const auto at = std::lower_bound(before_.begin(), before_.end(), t, comes_before);
       if (at == before_.end() || comes_before(t, *at)) continue;
       m.points[i].normalImpulse = at->normal_impulse * static_cast<float>(scale_);
@@ -109,7 +110,7 @@ class ContactListener final : public b2ContactListener {
 
  private:
   /// The list is sorted after the first substep; from then on few are new.
-  Touch& sum_of(const Touch& t) {
+  PlaneContact& sum_of(const PlaneContact& t) {
     auto at = borne_.end();
     if (!on_) at = std::lower_bound(borne_.begin(), at, t, comes_before);
     return at == borne_.end() || comes_before(t, *at) ? *borne_.insert(at, t) : *at;
@@ -137,11 +138,11 @@ class ContactListener final : public b2ContactListener {
   }
 
   const Plane& plane_;
-  const std::vector<Touch>& before_;
+  const std::vector<PlaneContact>& before_;
   Vec3 origin_;
   Real scale_;
   bool on_ = true;
-  std::vector<Touch> borne_;
+  std::vector<PlaneContact> borne_;
 };
 
 }  // namespace pantin::detail::planar

@@ -16,8 +16,8 @@ constexpr int kVelocityIterations = 8, kPositionIterations = 3;
 constexpr int kFewestSubsteps = 4, kMostSubsteps = 64;
 // Box2D cuts a motion off at 2 units and a quarter of a turn in a step.
 constexpr Real kMostUnits = 1.2, kMostTurn = 1.0;
-// What rests lies one slop deep in skins of two: outlines are moved in, or out, by what makes their
-// own surfaces meet.
+// Box2D rests polygons one linear slop inside their radii, which are two slops wide. Outlines are
+// offset inwards or outwards so that the given surfaces meet.
 constexpr float kInset = 1.5f * b2_linearSlop, kDiscOutset = 0.5f * b2_linearSlop;
 constexpr float kTiniest = 1e-20f, kFar = 1e3f;  // kFar: units
 
@@ -374,7 +374,7 @@ void read_results(Stepper& s) {
   }
 }
 
-void read_touches(Stepper& s, std::vector<Touch>& touches) {
+void read_touches(Stepper& s, std::vector<PlaneContact>& touches) {
   touches.clear();
   for (b2Contact* c = s.world.GetContactList(); c; c = c->GetNext()) {
     const b2Manifold& m = *c->GetManifold();
@@ -382,7 +382,7 @@ void read_touches(Stepper& s, std::vector<Touch>& touches) {
     b2WorldManifold at;
     c->GetWorldManifold(&at);
     for (int i = 0; i < m.pointCount; ++i) {
-      Touch t = touch_of(*c, m.points[i]);
+      PlaneContact t = touch_of(*c, m.points[i]);
       t.normal_impulse = m.points[i].normalImpulse / static_cast<float>(s.scale.per_metre);
       t.tangent_impulse = m.points[i].tangentImpulse / static_cast<float>(s.scale.per_metre);
       t.point = s.scale.origin + s.scale.back(at.points[i]);
@@ -395,9 +395,10 @@ void read_touches(Stepper& s, std::vector<Touch>& touches) {
 }
 
 /// Adds what contacts have borne, and those that are over.
-void add_impulses(const Stepper& s, const std::vector<Touch>& borne, std::vector<Touch>& touches) {
+void add_impulses(const Stepper& s, const std::vector<PlaneContact>& borne,
+                  std::vector<PlaneContact>& touches) {
   const auto lasting = static_cast<std::ptrdiff_t>(touches.size());
-  for (const Touch& b : borne) {
+  for (const PlaneContact& b : borne) {
     const auto end = touches.begin() + lasting;
     const auto at = std::lower_bound(touches.begin(), end, b, comes_before);
     const bool lasts = at != end && !comes_before(b, *at);
@@ -411,7 +412,7 @@ void add_impulses(const Stepper& s, const std::vector<Touch>& borne, std::vector
 
 }  // namespace
 
-void step_plane(Plane& plane, Real h, std::vector<Touch>& touches) {
+void step_plane(Plane& plane, Real h, std::vector<PlaneContact>& touches) {
   const Scale scale = scale_of(plane);
   Stepper s{plane, scale, h, substeps_for(plane, h), b2World(scale.vector(plane.gravity))};
   Filter filter(plane);
@@ -437,7 +438,7 @@ void step_plane(Plane& plane, Real h, std::vector<Touch>& touches) {
 #else
 
 namespace pantin::detail::planar {
-void step_plane(Plane&, Real, std::vector<Touch>&) {}
+void step_plane(Plane&, Real, std::vector<PlaneContact>&) {}
 }  // namespace pantin::detail::planar
 
 #endif

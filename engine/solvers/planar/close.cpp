@@ -16,14 +16,15 @@ Vec3 turned(Vec3 v, Real angle) {
 
 int rows_of(const PlaneJoint& joint) {
   constexpr int kRows[] = {2, 3, 2, 1, 0};  // hinge, weld, slider, rod, spring
+  PANTIN_ASSERT(joint.kind <= PlaneJoint::spring);
   return kRows[joint.kind];
 }
 
 namespace {
 
 constexpr int kMostIterations = 48;
-constexpr Real kMostTurn = 0.5;  // rad, of a body in an iteration
-constexpr Real kClosed = 1e-13;  // of the size of the joints
+constexpr Real kMostTurn = 0.5;          // rad, of a body in an iteration
+constexpr Real kClosedResidual = 1e-13;  // of the size of the joints
 
 Real cross(Vec3 a, Vec3 b) { return a.x * b.y - a.y * b.x; }
 
@@ -36,6 +37,7 @@ struct Placed {
 };
 
 Placed place(const PlaneJoint& j, const Motions& m) {
+  PANTIN_ASSERT(j.a < m.gained.size() && j.b < m.gained.size());
   const Vec3 a = turned(j.arm_a, m.gained[j.a]), b = turned(j.arm_b, m.gained[j.b]);
   const Vec3 gap = (m.position[j.b] - m.position[j.a]) * Vec3(1, 1, 0) + b - a;
   return {j, a, b, gap, m.gained[j.b] - m.gained[j.a]};
@@ -114,6 +116,7 @@ Coordinate second_of(const Gear& gear) {
 /// The coordinate of a geared link less what was counted from, as a row.
 Row coordinate(const World& world, const Planar& all, std::uint32_t at, Coordinate which) {
   const StepScratch& s = all.scratch;
+  PANTIN_ASSERT(at < s.joint_of.size() && s.joint_of[at] != kNobody);
   const PlaneJoint& j = s.plane.joints[s.joint_of[at]];
   const Placed p = place(j, s.motions);
   if (which == Coordinate::travel) return along(p, axis_of(p, s.motions), 1);
@@ -317,7 +320,7 @@ void count_gears(const World& world, Planar& all) {
 void close(const World& world, Planar& all, Real h) {
   StepScratch& s = all.scratch;
   s.nows.assign(kMostPlaces * all.curves.size(), {});
-  const Real enough = kClosed * size_of(all);
+  const Real enough = kClosedResidual * size_of(all);
   for (Mechanism& of : all.mechanisms) {
     if (of.moved) continue;
     find_rows(world, all, of);

@@ -12,7 +12,7 @@ namespace {
 
 /// Of the unit: bodies within this distance of one place are stepped about it, and those beyond it
 /// up to the next gap that nobody crosses in a step.
-constexpr Real kNear = 1e4, kGap = 200;
+constexpr Real kClusterRadius = 1e4, kClusterGap = 200;
 /// Of the unit, and m, m/s ...: no number that Box2D is given is larger.
 constexpr Real kLargest = 1e12;
 
@@ -43,6 +43,7 @@ bool fits(const PlaneJoint& j, Real unit) {
 
 /// The bodies of `rest` about the first of them, up to a gap; they leave `rest`.
 std::vector<std::uint32_t> take_cluster(const Plane& plane, std::vector<std::uint32_t>& rest) {
+  PANTIN_ASSERT(!rest.empty() && std::is_sorted(rest.begin(), rest.end()));
   const Vec3 middle = plane.bodies[rest.front()].position;
   const auto distance = [&](std::uint32_t i) {
     return glm::length(plane.bodies[i].position - middle) / plane.unit;
@@ -51,8 +52,8 @@ std::vector<std::uint32_t> take_cluster(const Plane& plane, std::vector<std::uin
     return std::pair(distance(i), i) < std::pair(distance(j), j);
   });
   std::size_t count = 1;
-  while (count < rest.size() && (distance(rest[count]) < kNear ||
-                                 distance(rest[count]) - distance(rest[count - 1]) < kGap))
+  while (count < rest.size() && (distance(rest[count]) < kClusterRadius ||
+                                 distance(rest[count]) - distance(rest[count - 1]) < kClusterGap))
     ++count;
   const auto end = rest.begin() + static_cast<std::ptrdiff_t>(count);
   std::vector<std::uint32_t> cluster(rest.begin(), end);
@@ -72,7 +73,7 @@ std::uint32_t find_unfit(const Plane& plane) {
   return kNobody;
 }
 
-void step_clusters(Plane& plane, Real h, std::vector<Touch>& touches) {
+void step_clusters(Plane& plane, Real h, std::vector<PlaneContact>& touches) {
   std::vector<std::uint32_t> rest;
   for (std::uint32_t i = 0; i < plane.bodies.size(); ++i)
     if (plane.bodies[i].kind == PlaneBody::dynamic) rest.push_back(i);
@@ -80,12 +81,12 @@ void step_clusters(Plane& plane, Real h, std::vector<Touch>& touches) {
   if (rest.empty()) return touches.clear();
   std::vector<std::uint32_t> cluster = take_cluster(plane, rest);
   if (rest.empty()) return step_plane(plane, h, touches);
-  const std::vector<Touch> before = touches;
+  const std::vector<PlaneContact> before = touches;
   touches.clear();
   for (;;) {
     for (const std::uint32_t i : all) plane.bodies[i].kind = PlaneBody::absent;
     for (const std::uint32_t i : cluster) plane.bodies[i].kind = PlaneBody::dynamic;
-    std::vector<Touch> own = before;
+    std::vector<PlaneContact> own = before;
     step_plane(plane, h, own);
     touches.insert(touches.end(), own.begin(), own.end());
     if (rest.empty()) break;

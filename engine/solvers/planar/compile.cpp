@@ -179,8 +179,12 @@ void number_bodies(Builder& b) {
     b.all.bodies.push_back({e, slot, b.island[slot], solid, turned.angle, turned.tilt});
   }
   for (FlatLink& l : b.all.links) l.a = b.number[l.a], l.b = b.number[l.b];
+  for ([[maybe_unused]] const FlatLink& l : b.all.links)
+    PANTIN_ASSERT(l.a != kNobody && l.b != kNobody);
   for (FlatSpan& s : b.all.spans) s.a = b.number[s.a], s.b = b.number[s.b];
   for (FlatCurve& c : b.all.curves) c.a = b.number[c.a], c.b = b.number[c.b];
+  for ([[maybe_unused]] const FlatCurve& c : b.all.curves)
+    PANTIN_ASSERT(c.a != kNobody && c.b != kNobody && c.a != c.b);
   for (FlatPin& p : b.all.pins) {
     p.body = b.number[p.body];
     if (p.to != kNobody) p.to = b.number[p.to];
@@ -229,8 +233,9 @@ void carry_over(const Planar& was, Planar& all) {
         side.pieces = std::make_shared<const nurbs::CurvePieces>(side.wire->curve());
     c.meets_once = meets_once(c);
   }
+  PANTIN_ASSERT(all.loads.size() == all.links.size() + all.pins.size());
   all.near = was.near;
-  for (Touch t : was.touches) {
+  for (PlaneContact t : was.touches) {
     t.a = now[t.a], t.b = now[t.b];
     if (t.a != kNobody && t.b != kNobody) all.touches.push_back(t);
   }
@@ -263,6 +268,7 @@ void compile(World& world, std::span<const IslandPlan> plans) {
     if (kept.bodies[i].island != kNobody) b.partition.set_column(kept.bodies[i].slot, i);
   kept.loads.assign(kept.links.size() + kept.pins.size(), {});
   carry_over(was, kept);
+  PANTIN_ASSERT(std::is_sorted(kept.touches.begin(), kept.touches.end(), comes_before));
   list_mechanisms(world, kept);
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <set>
 
+#include "engine/base/check.hpp"
+
 namespace pantin::detail::planar {
 namespace {
 
@@ -37,6 +39,7 @@ std::vector<std::set<std::uint32_t>> neighbours_of(std::span<const Row> rows,
 
 void Row::add(std::uint32_t on, Vec3 part) {
   const auto at = std::find(body.begin(), body.begin() + count, on) - body.begin();
+  PANTIN_ASSERT(at < count || static_cast<std::size_t>(count) < body.size());
   if (at == count) body[count] = on, j[count++] = Vec3(0);
   j[at] += part;
 }
@@ -83,11 +86,14 @@ void Factor::analyse(std::span<const Row> rows, InverseMasses masses) {
         target_.push_back(
             static_cast<std::uint32_t>(std::lower_bound(from, to, column[i]) - column_.begin()));
       }
+  PANTIN_ASSERT(order_.size() == n && first_.back() == column_.size());
   value_.resize(column_.size()), diagonal_.resize(n), work_.resize(n);
   built_ = true;
 }
 
 void Factor::compute(std::span<const Row> rows, InverseMasses masses) {
+  PANTIN_ASSERT(built_ && rows.size() == order_.size() && diagonal_.size() == rows.size());
+  PANTIN_ASSERT(first_.size() == order_.size() + 1 && first_.back() == value_.size());
   symmetric_ = true;
   for (std::size_t k = 0; k < order_.size(); ++k) {
     const Row& row = rows[order_[k]];
@@ -110,6 +116,7 @@ void Factor::compute(std::span<const Row> rows, InverseMasses masses) {
 }
 
 void Factor::compute(std::span<const Row> rows, std::span<const Row> along, InverseMasses masses) {
+  PANTIN_ASSERT(built_ && rows.size() == order_.size() && along.size() == rows.size());
   symmetric_ = false, upper_.resize(value_.size());
   for (std::size_t k = 0; k < order_.size(); ++k) {
     const Row &row = rows[order_[k]], &column = along[order_[k]];
@@ -137,6 +144,7 @@ void Factor::compute(std::span<const Row> rows, std::span<const Row> along, Inve
 
 void Factor::solve(std::span<Real> x) const {
   const std::size_t n = order_.size();
+  PANTIN_ASSERT(built_ && x.size() == n && work_.size() == n);
   const std::vector<Real>& above = symmetric_ ? value_ : upper_;
 
   for (std::size_t k = 0; k < n; ++k) work_[k] = x[order_[k]];

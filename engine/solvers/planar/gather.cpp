@@ -137,6 +137,7 @@ void gather_link(const World& world, const FlatLink& l, Planar& all) {
   const Joint& joint = world.links.values()[l.link].joint;
   const Ends ends{world.bodies.values()[all.bodies[l.a].slot],
                   world.bodies.values()[all.bodies[l.b].slot]};
+  PANTIN_ASSERT(l.a < all.bodies.size() && l.b < all.bodies.size() && l.a != l.b);
   const FlatJoint kind = flat_kind(joint, ends.a.pose);
   all.scratch.joint_of.push_back(kind == FlatJoint::none
                                      ? kNobody
@@ -166,6 +167,8 @@ void gather_link(const World& world, const FlatLink& l, Planar& all) {
 
 /// A pin to a place holds the body to the last of the plane's bodies, which stands there.
 void gather_pin(const World& world, const FlatPin& p, Planar& all) {
+  PANTIN_ASSERT(all.scratch.plane.bodies.size() == all.bodies.size() + 1 &&
+                p.body < all.bodies.size());
   const Pin& pin = world.pins.values()[p.pin];
   PlaneJoint j;
   j.a = p.to != kNobody ? p.to : static_cast<std::uint32_t>(all.bodies.size());

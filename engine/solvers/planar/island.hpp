@@ -3,6 +3,7 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/base/check.hpp"
 #include "engine/solvers/planar/curves.hpp"
 #include "engine/solvers/planar/factor.hpp"
 #include "engine/solvers/planar/plane.hpp"
@@ -156,7 +157,7 @@ struct StepScratch {
   std::vector<PlaceNow> nows;       // of curves: kMostPlaces each
   std::size_t first_curve_row = 0;  // of `rows`
   std::vector<Pose> starts;         // of the bodies, before the step
-  std::vector<Touch> touches_before;
+  std::vector<PlaneContact> touches_before;
   std::vector<FlatCurve> curves_before;
   bool stepped = false;
   Real h = 0;  // s, of the last step
@@ -166,10 +167,10 @@ struct Planar {
   static constexpr std::string_view name = "planar";  // in saved Worlds
   std::vector<FlatBody> bodies;                       // in the order of their slots
   std::vector<FlatGear> gears;
-  std::vector<Touch> touches;        // of the last step
-  contact::NearPairs near;           // likewise
-  std::vector<JointLoad> loads;      // likewise, of the links and then of the pins
-  std::vector<JointLoad> reactions;  // what links bore in the last step, closing included
+  std::vector<PlaneContact> touches;  // of the last step
+  contact::NearPairs near;            // likewise
+  std::vector<JointLoad> loads;       // likewise, of the links and then of the pins
+  std::vector<JointLoad> reactions;   // what links bore in the last step, closing included
   std::vector<FlatLink> links;
   std::vector<FlatPin> pins;
   std::vector<FlatSpan> spans;
@@ -277,10 +278,11 @@ void take_mechanisms(Planar& all);
 void append_curve_rows(Planar& all, const Mechanism& of, std::vector<Row>& rows);
 /// What closed those rows acts on velocities too, and never pulls where curves may lift.
 void take_curve_impulses(Planar& all, const Mechanism& of, Real h);
-/// The joints of its links that are some, and of its pins.
+/// Calls `f` for the joints of the plane that its links and pins have; not all links have one.
 template <class F>
 void each_joint(Planar& all, const Mechanism& of, F&& f) {
   StepScratch& s = all.scratch;
+  PANTIN_ASSERT(s.joint_of.size() == all.links.size() && s.plane.joints.size() >= all.pins.size());
   for (const std::uint32_t link : of.links)
     if (const std::uint32_t at = s.joint_of[link]; at != kNobody) f(s.plane.joints[at]);
   const std::size_t pins = s.plane.joints.size() - all.pins.size();

@@ -15,6 +15,7 @@ void press(Planar& all, const FlatCurve& c, const PlaceNow& at) {
   const Vec3 n = at.normal;
   const Vec3 force = place.force * n + place.along * Vec3(-n.y, n.x, 0);
   const auto give = [&](std::uint32_t body, Vec3 arm, Vec3 pull) {
+    PANTIN_ASSERT(body < all.scratch.plane.bodies.size());
     PlaneBody& b = all.scratch.plane.bodies[body];
     if (b.kind != PlaneBody::dynamic) return;
     b.force += pull, b.torque += arm.x * pull.y - arm.y * pull.x;
@@ -24,8 +25,9 @@ void press(Planar& all, const FlatCurve& c, const PlaceNow& at) {
 
 /// Marks the mechanisms that bodies touch.
 void find_touched(Planar& all) {
+  PANTIN_ASSERT(all.mechanism_of.size() == all.bodies.size() + 1);
   for (Mechanism& of : all.mechanisms) of.touched = false;
-  for (const Touch& t : all.touches)
+  for (const PlaneContact& t : all.touches)
     for (const std::uint32_t body : {t.a, t.b})
       if (const std::uint32_t at = all.mechanism_of[body]; at != kNobody)
         all.mechanisms[at].touched = true;
@@ -61,6 +63,7 @@ void press_curves(Planar& all, const Mechanism& of) {
 }  // namespace
 
 void begin_motion(const PlaneBody& b, Real h, std::uint32_t number, Motions& m) {
+  PANTIN_ASSERT(number < m.position.size() && m.gained.size() == m.position.size());
   m.position[number] = {b.position.x, b.position.y, b.angle};
   m.velocity[number] = m.inverse_mass[number] = Vec3(0), m.gained[number] = 0;
   if (b.kind == PlaneBody::fixed) return;
@@ -112,6 +115,7 @@ void list_mechanisms(const World& world, Planar& all) {
   // A belt belongs where its first pulley does that moves by itself.
   for (std::uint32_t i = 0; i < all.spans.size(); i += all.spans[i].held) {
     Mechanism* of = nullptr;
+    PANTIN_ASSERT(all.spans[i].held > 0 && i + all.spans[i].held <= all.spans.size());
     for (std::uint32_t k = i; k < i + all.spans[i].held; ++k)
       if (Mechanism* found = owner(all.spans[k].a, all.spans[k].b); !of) of = found;
     for (std::uint32_t k = i; of && k < i + all.spans[i].held; ++k) of->spans.push_back(k);
@@ -152,6 +156,8 @@ void take_mechanisms(Planar& all) {
     if (!of.moved) continue;
     all.residual = std::max(all.residual, of.residual);
     for (std::size_t i = 0; i < of.bodies.size(); ++i) {
+      PANTIN_ASSERT(of.position.size() == of.bodies.size() &&
+                    of.velocity.size() == of.bodies.size());
       const std::uint32_t b = of.bodies[i];
       m.gained[b] = of.position[i].z - all.scratch.plane.bodies[b].angle;
       m.position[b] = of.position[i], m.velocity[b] = of.velocity[i];

@@ -39,6 +39,7 @@ bool is_driven(const PlaneJoint& j) {
 
 /// Drives one joint.
 void drive(StepScratch& s, Mechanism& of, PlaneJoint& j, Real h) {
+  PANTIN_ASSERT(is_driven(j) && of.row_impulses.size() == s.rows.size());
   std::vector<Vec3>& answer = s.motions.answer;
   const Row along = coordinate_row(j, s.motions);
   const PlaneSpring& spring = j.along;
@@ -71,6 +72,7 @@ void drive_tied(const World& world, Planar& all, Real h) {
   s.nows.resize(kMostPlaces * all.curves.size());
   for (Mechanism& of : all.mechanisms) {
     if (of.spans.empty() && of.gears.empty()) continue;
+    PANTIN_ASSERT(!of.bodies.empty());
     if (s.plane.bodies[of.bodies.front()].kind == PlaneBody::absent) continue;
     bool any = false;
     each_joint(all, of, [&](const PlaneJoint& j) { any = any || is_driven(j); });

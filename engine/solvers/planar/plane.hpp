@@ -86,7 +86,7 @@ struct PlaneJoint {
 };
 
 /// A contact point, kept from step to step: impulses to start the next one from.
-struct Touch {
+struct PlaneContact {
   std::uint32_t a = 0, b = 0;                  // bodies
   std::uint32_t outline_a = 0, outline_b = 0;  // of each body
   std::uint32_t feature = 0;
@@ -116,8 +116,8 @@ struct Touch {
 };
 
 /// The order that step_plane() needs.
-inline bool comes_before(const Touch& p, const Touch& q) {
-  const auto key = [](const Touch& t) {
+inline bool comes_before(const PlaneContact& p, const PlaneContact& q) {
+  const auto key = [](const PlaneContact& t) {
     return std::tie(t.a, t.b, t.outline_a, t.outline_b, t.feature);
   };
   return key(p) < key(q);
@@ -149,10 +149,10 @@ inline bool may_touch(const Plane& plane, std::uint32_t number_a, std::uint32_t 
 
 /// One step of `h` seconds by Box2D: a function of its arguments alone. Reads the touches of the
 /// last step, sorted, and leaves those of this one. Writes the results of the bodies.
-void step_plane(Plane& plane, Real h, std::vector<Touch>& touches);
+void step_plane(Plane& plane, Real h, std::vector<PlaneContact>& touches);
 
 /// The same wherever bodies are: those far from one another are stepped apart.
-void step_clusters(Plane& plane, Real h, std::vector<Touch>& touches);
+void step_clusters(Plane& plane, Real h, std::vector<PlaneContact>& touches);
 
 /// A body with a number that Box2D cannot take, of it or of its joint; UINT32_MAX: there is none.
 std::uint32_t find_unfit(const Plane& plane);

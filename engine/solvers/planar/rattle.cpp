@@ -61,6 +61,7 @@ void Rattle::collect(RattleRows& to) {
   for (std::size_t i = 0; i < of_.curves.size(); ++i) {
     const FlatCurve& c = all_.curves[of_.curves[i]];
     for (std::size_t k = 0; k < c.most_places(); ++k) {
+      PANTIN_ASSERT(i < places_.size() && k < kMostPlaces);
       CurvePlace& place = places_[i][k];
       PlaceNow& now = to.nows.emplace_back();
       if (place.used && !c.over) {
@@ -77,6 +78,7 @@ void Rattle::collect(RattleRows& to) {
 }
 
 void Rattle::shift(std::span<const Row> rows, std::span<const Real> by) {
+  PANTIN_ASSERT(by.size() >= rows.size());
   for (std::size_t r = 0; r < rows.size(); ++r)
     for (int i = 0; i < rows[r].count; ++i) {
       const std::uint32_t b = rows[r].body[i];

@@ -8,6 +8,7 @@ namespace pantin::detail::planar {
 
 bool Rattle::is_active(std::size_t curve, std::size_t place) const {
   const FlatCurve& c = all_.curves[of_.curves[curve]];
+  PANTIN_ASSERT(curve < of_.curves.size() && place < c.most_places());
   const CurvePlace& p = places_[curve][place];
   return p.used && !c.over && (!c.lifts || p.presses);
 }

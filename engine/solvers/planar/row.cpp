@@ -71,6 +71,7 @@ void note_stillness(const World& world, Planar& all) {
 void take_results(const World& world, Planar& all, Real h) {
   begin_motions(all, h);
   const std::vector<PlaneBody>& bodies = all.scratch.plane.bodies;
+  PANTIN_ASSERT(bodies.size() == all.bodies.size() + 1);
   Motions& m = all.scratch.motions;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const PlaneBody& b = bodies[i];
@@ -118,6 +119,7 @@ void write_bodies(World& world, Planar& all) {
 /// What links bore, and where the joints of the next step begin.
 void keep_loads(Planar& all) {
   const StepScratch& s = all.scratch;
+  PANTIN_ASSERT(s.joint_of.size() == all.links.size());
   all.reactions.assign(all.links.size(), {});
   for (const Mechanism& of : all.mechanisms) {
     std::size_t joint = 0;
@@ -131,7 +133,8 @@ void keep_loads(Planar& all) {
     all.loads[all.links.size() + i] = joints[joints.size() - all.pins.size() + i].load;
 }
 
-void name_shapes(const Plane& plane, Touch& t) {
+void name_shapes(const Plane& plane, PlaneContact& t) {
+  PANTIN_ASSERT(t.outline_a < plane.bodies[t.a].count && t.outline_b < plane.bodies[t.b].count);
   t.shape_a = plane.outlines[plane.bodies[t.a].first + t.outline_a].shape;
   t.shape_b = plane.outlines[plane.bodies[t.b].first + t.outline_b].shape;
 }
@@ -144,6 +147,7 @@ void collide_bodies(const World& world, Planar& all, const StepTask& task) {
   all.near.begin();
   if (plane.near) contact::add_ignored(world, plane.ignored, all.near);
   step_clusters(plane, task.h, all.touches);
+  PANTIN_ASSERT(std::is_sorted(all.touches.begin(), all.touches.end(), comes_before));
   all.near.end([](const contact::NearPair&) { return false; });
 }
 
@@ -169,7 +173,7 @@ void predict(World& world, const StepTask& task) {
   move_mechanisms(world, all, task.h);
   drive_tied(world, all, task.h);
   collide_bodies(world, all, task);
-  for (Touch& t : all.touches) name_shapes(scratch.plane, t);
+  for (PlaneContact& t : all.touches) name_shapes(scratch.plane, t);
   take_results(world, all, task.h);
   take_mechanisms(all);
   close(world, all, task.h);
@@ -189,11 +193,12 @@ void predict(World& world, const StepTask& task) {
 /// After a saved World was read.
 const char* fault(const World& world) {
   const Planar& all = plane_of(world);
-  for (const Touch& t : all.touches)
-    if (std::max(t.a, t.b) >= all.bodies.size()) return "holds a contact of a body that is none";
+  for (const PlaneContact& t : all.touches)
+    if (std::max(t.a, t.b) >= all.bodies.size())
+      return "holds a contact of a body that does not exist";
   for (const FlatBody& f : all.bodies)
     if (!std::isfinite(f.turned) || !is_unit(Pose{Vec3(0), f.tilt}))
-      return "holds a rotation that is none";
+      return "holds a rotation that is not finite or not of length 1";
   return nullptr;
 }
 
@@ -216,7 +221,8 @@ void find_starts(const World& world, std::vector<contact::StartPose>& out) {
       out.push_back({all.bodies[i].slot, all.scratch.starts[i]});
 }
 
-Contact contact_of(const World& world, const Planar& all, const Touch& t) {
+Contact contact_of(const World& world, const Planar& all, const PlaneContact& t) {
+  PANTIN_ASSERT(t.a < all.bodies.size() && t.b < all.bodies.size());
   const FlatBody &a = all.bodies[t.a], &b = all.bodies[t.b];
   const Body &on_a = world.bodies.values()[a.slot], &on_b = world.bodies.values()[b.slot];
   Contact c;
@@ -245,7 +251,7 @@ void list_contacts(const World& world, std::vector<Contact>& to) {
     return !contact::feels_contacts(partition, c.slot_a) &&
            !contact::feels_contacts(partition, c.slot_b);
   });
-  for (const Touch& t : all.touches) to.push_back(contact_of(world, all, t));
+  for (const PlaneContact& t : all.touches) to.push_back(contact_of(world, all, t));
   std::stable_sort(to.begin(), to.end(), [](const Contact& p, const Contact& q) {
     return std::tie(p.slot_a, p.slot_b, p.key) < std::tie(q.slot_a, q.slot_b, q.key);
   });

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/invariants.hpp"
 #include "engine/solvers/quasistatic/island.hpp"
 #include "engine/solvers/solver.hpp"
 
@@ -19,6 +20,7 @@ void compile(World& world, std::span<const IslandPlan> plans) {
   Partition& partition = world.memory.of<Partition>();
   for (const IslandPlan& plan : plans) {
     Island& m = all.emplace_back();
+    PANTIN_ASSERT(plan.solver == kQuasistatic && !plan.slots.empty());
     m.slot = plan.slots.front();
     m.body = world.bodies.owners()[m.slot];
     const auto old = std::find_if(before.begin(), before.end(),
@@ -29,7 +31,9 @@ void compile(World& world, std::span<const IslandPlan> plans) {
     const std::size_t fingers = m.unfit ? 0 : laminas_of(world)[m.body].fingers.size();
     const auto gone = [&](const modes::Touch& t) { return t.finger >= fingers; };
     if (std::any_of(m.motion.touches.begin(), m.motion.touches.end(), gone)) m.motion = {};
-    const auto unknown = [&](const planar::Touch& t) { return std::max(t.a, t.b) > fingers; };
+    const auto unknown = [&](const planar::PlaneContact& t) {
+      return std::max(t.a, t.b) > fingers;
+    };
     std::erase_if(m.touches, unknown);
   }
 }
@@ -48,6 +52,7 @@ void prepare(World& world) {
 }
 
 modes::Part part_of(const World& world, const Island& m) {
+  PANTIN_ASSERT(m.slot < world.bodies.size());
   const Body& b = world.bodies.values()[m.slot];
   Vec3 force = b.mass * b.gravity_scale * world.gravity;
   Real torque = 0;
@@ -59,6 +64,7 @@ Real find_fingers(const World& world, Island& m, const Clock& clock) {
   IslandScratch& s = m.scratch;
   s.fingers.clear(), s.finger_of.clear();
   Real until = clock.start + clock.h;
+  PANTIN_ASSERT(laminas_of(world)->find(m.body));
   const std::vector<LaminaFinger>& all = laminas_of(world)->find(m.body)->fingers;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const LaminaFinger& f = all[i];

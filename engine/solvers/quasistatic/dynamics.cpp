@@ -116,7 +116,7 @@ bool take_result(World& world, Island& m, Real h) {
 /// The fingers that bear, a bit each.
 std::uint32_t touching(const Island& m) {
   std::uint32_t fingers = 0;
-  for (const planar::Touch& t : m.touches)
+  for (const planar::PlaneContact& t : m.touches)
     if (t.normal_impulse > 0) fingers |= 1u << (std::max(t.a, t.b) - 1);
   return fingers;
 }
@@ -167,7 +167,7 @@ void step_dynamics(World& world, Island& m, const Clock& clock) {
     m.lost = true;
     return;
   }
-  const std::vector<planar::Touch> before = m.touches;
+  const std::vector<planar::PlaneContact> before = m.touches;
   planar::step_plane(m.scratch.plane, clock.left(), m.touches);
   if (!take_result(world, m, clock.left())) {
     m.lost = true, m.touches = before;

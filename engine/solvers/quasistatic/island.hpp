@@ -51,11 +51,11 @@ struct Island {
   bool unfit = false;
   Real turned = 0;  // rad, whole turns counted
   Phase phase = Phase::modes;
-  Why why = Why::none;                 // of the last change to dynamics
-  modes::Motion motion;                // the mode that holds
-  std::vector<planar::Touch> touches;  // of the last step of dynamics
-  Real calm = 0;                       // s: for how long a mode has moved as dynamics did
-  bool lost = false;                   // the last step came to no numbers
+  Why why = Why::none;                        // of the last change to dynamics
+  modes::Motion motion;                       // the mode that holds
+  std::vector<planar::PlaneContact> touches;  // of the last step of dynamics
+  Real calm = 0;                              // s: for how long a mode has moved as dynamics did
+  bool lost = false;                          // the last step came to no numbers
   Scratch<IslandScratch> scratch;
 
   static void fields(auto& self, auto&& field) {

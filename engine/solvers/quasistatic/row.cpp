@@ -18,14 +18,16 @@ const char* fault(const World& world) {
   for (const Island& m : islands_of(world)) {
     if (m.unfit) continue;
     const Lamina& lamina = *laminas_of(world)->find(m.body);
-    if (m.motion.touches.count > modes::kMostContacts) return "holds more contacts than can be";
+    if (m.motion.touches.count > modes::kMostContacts)
+      return "holds more contacts than a lamina can have";
     for (const modes::Touch& t : m.motion.touches)
       if (t.finger >= lamina.fingers.size() || t.feature >= lamina.outline.size())
-        return "holds a contact of a finger or an edge that is none";
-    for (const planar::Touch& t : m.touches)
+        return "holds a contact of a finger or an edge that does not exist";
+    for (const planar::PlaneContact& t : m.touches)
       if (std::max(t.a, t.b) > lamina.fingers.size())
-        return "holds a contact of a body that is none";
-    if (!std::isfinite(m.turned) || !(m.calm >= 0)) return "holds a number that is none";
+        return "holds a contact of a body that does not exist";
+    if (!std::isfinite(m.turned) || !(m.calm >= 0))
+      return "holds a number that is not finite or below 0";
   }
   return nullptr;
 }

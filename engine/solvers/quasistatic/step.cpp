@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/invariants.hpp"
 #include "engine/solvers/quasistatic/island.hpp"
 
 namespace pantin::detail::quasistatic {
@@ -63,12 +64,14 @@ bool is_finite(const modes::Placement& p) {
 /// By modes, from one turn of a finger to the next. False where they have no answer.
 bool step_modes(World& world, Island& m, Clock& clock) {
   IslandScratch& s = m.scratch;
+  PANTIN_ASSERT(m.phase == Phase::modes && !m.unfit);
   s.stepper.motion = m.motion;
   const modes::Part part = part_of(world, m);
   Body& b = world.bodies.values()[m.slot];
   modes::StepEnd end;
   while (clock.left() > kLeastStretch * clock.h && end.ending == modes::Ending::done) {
     const Real until = find_fingers(world, m, clock);
+    PANTIN_ASSERT(clock.done >= 0 && clock.done <= clock.h);
     const Real stretch = std::clamp(until - clock.now(), kLeastStretch * clock.h, clock.left());
     const modes::Motion last = s.stepper.motion;
     end = s.stepper.step(part, s.fingers, stretch);
@@ -99,6 +102,7 @@ const char* word_for(Why why) {
                                     "it has more than 32 contacts",
                                     "several modes hold, or an unstable one alone",
                                     "modes switch without end"};
+  PANTIN_ASSERT(static_cast<std::size_t>(why) < std::size(kWords));
   return kWords[static_cast<std::size_t>(why)];
 }
 
@@ -108,6 +112,7 @@ void step(World& world, Island& m, Real h) {
   s.stepped = !m.unfit, s.changed = false, s.switches = 0;
   m.lost = false;
   if (m.unfit) return;
+  PANTIN_ASSERT(m.slot < world.bodies.size() && world.bodies.owners()[m.slot] == m.body);
   read_pose(world, m);
   if (!is_finite(s.stepper.placed)) {
     m.lost = true;

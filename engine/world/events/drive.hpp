@@ -56,7 +56,7 @@ struct DriveEvent {
     d->max_torque = std::lerp(start.z, max_torque, made.in_middle);
   }
   std::optional<detail::EventFault> fault() const {
-    constexpr detail::EventFault kFault{"stiffness", "a number that is none or below 0",
+    constexpr detail::EventFault kFault{"stiffness", "a number that is not finite or below 0",
                                         "numbers from 0 on"};
     using detail::is_amount;
     return is_amount(stiffness) && is_amount(damping) && is_amount(max_torque)

@@ -40,7 +40,7 @@ void MotorEvent::change(const EventStep& step, EventProgress& progress,
 }
 
 std::optional<EventFault> MotorEvent::fault() const {
-  constexpr EventFault kFault{"motor", "a number that is none or below 0",
+  constexpr EventFault kFault{"motor", "a number that is not finite or below 0",
                               "finite numbers, from 0 on but for the target"};
   const bool good = std::isfinite(motor.target) && is_amount(motor.gain) &&
                     is_amount(motor.damping) && is_amount(motor.cap);

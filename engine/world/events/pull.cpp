@@ -34,7 +34,8 @@ void PullEvent::go_on(const EventStep& step, EventProgress& progress) const {
 }
 
 std::optional<EventFault> PullEvent::fault() const {
-  constexpr EventFault kFault{"stiffness", "a number that is none or below 0", "numbers from 0 on"};
+  constexpr EventFault kFault{"stiffness", "a number that is not finite or below 0",
+                              "numbers from 0 on"};
   return is_amount(stiffness) && is_amount(damping) ? std::nullopt : std::optional(kFault);
 }
 
