@@ -224,11 +224,6 @@ bool has_same_bodies(const ContactPoint& p, const ContactPoint& q) {
   return true;
 }
 
-/// Whether an island of the solver is on one of its sides.
-[[maybe_unused]] bool has_owner(const ContactPoint& p) {
-  return p.owner[0] != kNoIndex || p.owner[1] != kNoIndex;
-}
-
 void sort_points(ContactScratch& r) {
   for (ContactPoint& p : r.points)
     p.group = r.sets.root(p.owner[0] != kNoIndex ? p.owner[0] : p.owner[1]);
@@ -238,7 +233,6 @@ void sort_points(ContactScratch& r) {
     };
     return order(p) < order(q);
   });
-  PANTIN_ASSERT(std::all_of(r.points.begin(), r.points.end(), has_owner));
   for (std::uint32_t i = 0; i < r.points.size(); ++i)
     for (int s = 0; s < 2; ++s) {
       const ContactPoint& p = r.points[i];
