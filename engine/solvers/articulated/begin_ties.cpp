@@ -53,7 +53,8 @@ void begin_tie(const World& world, const Island& a, ConservingTie& t, const Plac
   t.still = t.a != kNobody || (way == Vec3(0) && t.velocity == Vec3(0));
   t.before = start(t.b, t.anchor_b, t.start_b) -
              (t.a != kNobody ? start(t.a, t.anchor_a, t.start_a) : place.before + begin * way);
-  if (t.kind == TieKind::rigid && glm::length(t.before) > kClosedGap * a.size) t.still = false;
+  t.open = t.kind == TieKind::rigid && glm::length(t.before) > kClosedGap * a.size;
+  t.still = t.still && !t.open;
 }
 
 /// The last tie: taut as at the end of the last step, to begin with.

@@ -84,7 +84,7 @@ bool is_still(const Island& a) {
 Real most_due(const Island& a, Real part, int attempt) {
   constexpr Real kNoBound = std::numeric_limits<Real>::infinity(), kByTrees = 1.2,
                  kByCables = 1.0001;
-  if (!a.pins.empty()) return kNoBound;
+  if (!a.pins.empty() || !ties_hold_still(a)) return kNoBound;
   if (!a.cables.empty()) return part > 1 && 2 * attempt < kMostAttempts ? kByCables : kNoBound;
   return part > kParts / kResolvingParts && is_still(a) ? kByTrees : kNoBound;
 }
@@ -177,7 +177,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
                              std::max(enough * std::min(part, Real(1)), kLeastTurnTolerance),
                              hangs && !ties_are_inner(a) ? kHangingTurnTolerance : 0,
                              is_still(a),
-                             ties_hold_still(a),
+                             ties_are_closed(a),
                              a.joints.empty() && part > kShortestHeld,
                              follows && part == kParts,
                              nullptr,

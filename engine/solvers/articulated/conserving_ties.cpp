@@ -302,7 +302,9 @@ bool strike(const TiedStep& s) {
     const auto take = [&](ConservingTie& t, Vec3 mu) {
       const Real push = t.strikes ? -glm::dot(mu, t.now) : 0;
       if (push > most) most = push, out = &t;
+      s.with.struck_work -= glm::dot(mu, t.velocity);
     };
+    s.with.struck_work = 0;
     if (!solve_ties(a, Arms::end, rows_of, take)) return false;
     if (out) {
       out->strikes = false;
@@ -332,10 +334,15 @@ bool project(void* context) {
   std::vector<ConservingTie>& ties = s.a.scratch.ties;
   for (ConservingTie& t : ties) t.softness = 0;
   // The impulses of the projection count in the mean over the step.
-  if (!solve_ties(s.a, Arms::end, rows_of, [](ConservingTie&, Vec3) {})) return false;
+  Real& work = s.with.place_work;
+  const auto take = [&](const ConservingTie& t, Vec3 mu) { work -= glm::dot(mu, t.velocity); };
+  if (!solve_ties(s.a, Arms::end, rows_of, take)) return false;
   if (has_tie_rows(s.a.scratch)) add_joint_impulses(s.a, 0.5);
   const bool strikes = std::any_of(ties.begin(), ties.end(), [](auto& t) { return t.strikes; });
-  return !(strikes || (s.stiff && any_limit_hit(s.a))) || strike(s);
+  if (!strikes && !(s.stiff && any_limit_hit(s.a))) return true;
+  if (!strike(s)) return false;
+  work += s.with.struck_work;
+  return true;
 }
 
 /// Whether the impulse of an elastic cable is that of its length at the iterate.
@@ -366,9 +373,11 @@ bool settled(void* context) {
 bool accept(void* context, Real& released) {
   const TiedStep& s = *static_cast<const TiedStep*>(context);
   Real most = 0;
+  s.with.place_work = 0;
   for (ConservingTie& t : s.a.scratch.ties) {
     look_at(s, t);
     released += 2 / s.h * glm::dot(t.mu, t.before - t.now);
+    s.with.place_work -= 2 / s.h * glm::dot(t.mu, t.way);
     if (t.kind == TieKind::rigid) most = std::max(most, glm::length(t.now));
     if (t.kind == TieKind::taut) most = std::max(most, std::abs(over(t)));
   }
@@ -385,9 +394,17 @@ bool conserve_tied(World& world, Island& a, ConservingInput in, TiedPart& with) 
   StepScratch& r = a.scratch;
   const StepPart& part = with.part;
   TiedStep step{world, a, in.h, with};
-  const ConservingTies ties{
-      &step,   r.tie_blocks.data(), r.tie_factors.data(), load, correct, settled, accept,
-      project, &with.inner,         &with.struck};
+  const ConservingTies ties{&step,
+                            r.tie_blocks.data(),
+                            r.tie_factors.data(),
+                            load,
+                            correct,
+                            settled,
+                            accept,
+                            project,
+                            &with.inner,
+                            &with.struck,
+                            &with.place_work};
   in.ties = &ties;
   if (a.joints.empty()) return kernels().conserve(view_of(world, a), in);
   StiffStep stiff{world, a, in.h, part};

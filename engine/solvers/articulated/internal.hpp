@@ -119,8 +119,10 @@ void begin_ties(const World& world, Island& a, const StepPart& part);
 void store_ties(Island& a, const StepPart& part);
 /// Whether joints of the island close loops.
 bool has_loops(const Island& a);
-/// Whether no tie leads to a moving place; whether each leads from a tree to itself.
+/// Whether no tie leads to a moving place; whether the energy of all of them is known: none is
+/// open; whether each leads from a tree to itself.
 bool ties_hold_still(const Island& a);
+bool ties_are_closed(const Island& a);
 bool ties_are_inner(const Island& a);
 /// Whether no joint is beyond its limits, or has a cone too narrow to be held on one side.
 bool can_limit(const World& world, const Island& a);
@@ -136,6 +138,7 @@ struct TiedPart {
   Real longest = 1e9;  // units of the next one at most, as far as cones bend the way
   bool inner = true;   // no tie leads to the world or to another tree
   bool struck = false;  // cables pulled tight, or limits that were hit, took energy
+  Real place_work = 0, struck_work = 0;  // J, by moving places at the ties; of that, by blows
 };
 bool conserve_tied(World& world, Island& a, ConservingInput in, TiedPart& with);
 void reserve_ties(Island& a);

@@ -100,8 +100,10 @@ struct ConservingTies {
   bool (*accept)(void* context, double& released);
   /// kMove and kTurnBy are velocities; they become those that the ties allow.
   bool (*project)(void* context);
-  /// After these: whether no tie leads to the world or to another tree; whether a blow took energy.
+  /// After these: whether no tie leads to the world or to another tree; whether a blow took energy;
+  /// the work of moving places at the ties, J.
   const bool *inner, *struck;
+  const double* place_work;
 };
 
 /// What is solved for: displacements that take the residual away, or the velocities allowed.

@@ -22,7 +22,8 @@ struct TieRows {
 enum class TieKind : std::uint8_t { rigid, spring, cable, taut, slack };
 struct ConservingTie {
   TieKind kind = TieKind::rigid;
-  bool still = true;                    // it leads to no moving place
+  bool still = true;                    // closed, and leads to no moving place
+  bool open = false;                    // rigid, and its gap is no mere compliance
   bool was_taut = false;                // an inextensible cable: at the start
   bool followed = false;                // likewise: see CableRow
   bool strikes = false;                 // likewise: takes part in the blow at the end

@@ -22,6 +22,11 @@ bool ties_hold_still(const Island& a) {
                      [](const ConservingTie& t) { return t.still; });
 }
 
+bool ties_are_closed(const Island& a) {
+  return std::none_of(a.scratch.ties.begin(), a.scratch.ties.end(),
+                      [](const ConservingTie& t) { return t.open; });
+}
+
 bool ties_are_inner(const Island& a) {
   const auto tree_of = [&](std::uint32_t column) {
     std::size_t t = 0;

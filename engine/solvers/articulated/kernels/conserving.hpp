@@ -370,7 +370,8 @@ struct ConservingStep {
     if (in.divisible && largest(turned2_) > kMostTurned * kMostTurned) return false;
     if (in.ties && !in.ties->accept(in.ties->context, released)) return false;
     const bool keeps = !(in.joints && !in.joints->add_work(in.joints->context, released));
-    bool still = keeps && in.still, known = keeps && in.knows_work;
+    bool still = keeps && in.still;
+    const bool known = keeps && in.knows_work;
     const double by_ways = anchor_work(in.ways, 4 * per);
     const double at_end = anchor_work(in.anchor_velocities, 4);
     for (std::size_t first = 0, last = 0; first < p.count; first = last) {
@@ -390,7 +391,8 @@ struct ConservingStep {
       }
     }
     if (in.ties && !in.ties->project(in.ties->context)) return false;
-    if (in.ties && *in.ties->struck) still = known = false;
+    const bool struck = in.ties && *in.ties->struck;  // a blow takes energy, it gives none
+    still = still && !struck;
     for (std::size_t i = 0; known && i < p.count; i += kLanes) kept += twice_kinetic(i);
     // The projection takes energy of the second order in the step. Below an anchor that stands
     // still velocities are scaled to the energy that is due, at most by a tenth: beyond that
@@ -398,12 +400,14 @@ struct ConservingStep {
     // do no more work at anchors than at the velocities that these have at the end.
     if (known) {
       const double by_anchors = by_ways + anchor_work(in.anchor_velocities, 4) - at_end;
-      const double due = sum(due_) + 2 * released + by_anchors, found = sum(kept);
-      const double rounding = still ? 0 : 1e-3 * (sum(work_) + ::fabs(by_anchors));
+      const double by_places = in.ties ? 2 * *in.ties->place_work : 0;
+      const double due = sum(due_) + 2 * released + by_anchors + by_places, found = sum(kept);
+      const double rounding =
+          still ? 0 : 1e-3 * (sum(work_) + ::fabs(by_anchors) + ::fabs(by_places));
       const bool moves =
           found > 1e-10 * sum(weight_);  // beyond rounding errors of the weight's work
       if (moves && !(due + rounding >= 0.99 * found)) return false;
-      if (moves && due > in.most_due * found) return false;
+      if (moves && !struck && due > in.most_due * found) return false;
       if (moves && still) factor_ = due < 1.2 * found ? ::sqrt(due / found) : ::sqrt(1.2);
     }
     for (std::size_t i = 0; i < p.count; i += kLanes)
