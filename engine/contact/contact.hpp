@@ -26,9 +26,6 @@ struct Contact {
   // Results of the step:
   Vec3 lambda{0};         // multiplier on a, kg m, world
   Vec3 torque_lambda{0};  // of rolling and spinning friction, kg m^2
-  Vec3 before{0};         // the same after the step before
-  Real sliding = 1;       // fraction of the sticking force that friction can provide; 1: sticks
-  Real impact = 0;        // m/s, approach speed that restitution has yet to return
   Real rest = 0;          // m, penetration that a soft contact has come to take up
   bool active = false;    // exerts a force
   Vec3 force{0};          // N, on a, mean over the step
@@ -50,9 +47,6 @@ struct Contact {
     field("surface_velocity", passive(self.surface_velocity));
     field("lambda", self.lambda);
     field("torque_lambda", self.torque_lambda);
-    field("before", passive(self.before));
-    field("sliding", self.sliding);
-    field("impact", self.impact);
     field("rest", self.rest);
     field("active", passive(self.active));
     field("force", passive(self.force));

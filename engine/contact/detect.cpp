@@ -286,7 +286,7 @@ auto order(const Contact& c) { return std::tie(c.slot_a, c.slot_b, c.key); }
 
 /// What a contact had in the step before.
 void take_over(Contact& c, const Contact& was) {
-  c.lambda = was.lambda, c.sliding = was.sliding, c.impact = was.impact, c.rest = was.rest;
+  c.lambda = was.lambda, c.rest = was.rest;
   c.torque_lambda = was.torque_lambda;
 }
 

@@ -94,7 +94,7 @@ std::optional<JointReaction> articulated_reaction(const World& world, const Link
     if (scale == 0) continue;
     for (std::size_t c = 0; c < a.count(); ++c) {
       if (a.links[c] != slot) continue;
-      const articulated::JointLoad load = articulated::joint_load(world, a, c);
+      const articulated::JointLoad load = articulated::joint_load(a, c);
       const Real sign = a.bodies[c] == link.b ? 1 : -1;
       return JointReaction{sign * load.force, sign * load.torque};
     }

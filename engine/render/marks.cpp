@@ -215,6 +215,13 @@ Real mark_size(const PosedWorld& scene, const Link& link, Vec3 at, const Pen& pe
   return std::clamp(body, height / 36 * pixel, height / 8 * pixel);
 }
 
+/// Whether a contact takes all the friction that it may.
+bool slides(const Contact& contact) {
+  const Real normal = glm::dot(contact.force, contact.normal);
+  const Real across = glm::length(contact.force - normal * contact.normal);
+  return across > (1 - 1e-6) * contact.friction * normal;
+}
+
 void add_contact_marks(const PosedWorld& scene, Pen& pen) {
   const World& world = scene.world;
   if (contacts_of(world).empty()) return;
@@ -231,7 +238,7 @@ void add_contact_marks(const PosedWorld& scene, Pen& pen) {
       pen.line(at, at + scale.length(force) / force * contact.force, 1.6 * pen.fine(),
                ink::kContact);
     pen.dot(at, 2.6 * pen.fine(), ink::kContact);
-    if (contact.sliding < 1) pen.cross(at, 4 * pen.fine(), 1.3 * pen.fine(), ink::kSlide);
+    if (slides(contact)) pen.cross(at, 4 * pen.fine(), 1.3 * pen.fine(), ink::kSlide);
   }
 }
 

@@ -227,7 +227,10 @@ struct KeySet {
   std::span<const Exclusive> exclusive = {};
   std::span<const AnyOf> any_of = {};
   std::span<const Beside> beside = {};
+  /// Keys of earlier versions that nothing reads today, words between spaces: told of and left.
+  std::string_view retired = {};
 
+  constexpr bool is_retired(std::string_view name) const;
   constexpr const Key* find(std::string_view name) const {
     for (const Key& key : keys)
       if (key.name == name) return &key;
@@ -242,6 +245,12 @@ constexpr void each_word(std::string_view words, auto take) {
     take(words.substr(0, end));
     words.remove_prefix(end < words.size() ? end + 1 : end);
   }
+}
+
+constexpr bool KeySet::is_retired(std::string_view name) const {
+  bool known = false;
+  each_word(retired, [&](std::string_view word) { known = known || word == name; });
+  return known;
 }
 /// Whether `name` is one of them.
 constexpr bool is_word_of(std::string_view words, std::string_view name) {

@@ -25,15 +25,6 @@ constexpr Key kSolver[] = {
     number<&S::rotation_stiffness>("rotation_stiffness", "", kNotNegative,
                                    "Of sweep: 0 swings, large values slide.")
         .once("turn_stiffness"),
-    number<&S::calm_angle>("calm_angle_deg", "degrees", kPositive,
-                           "A body that turns farther in a step makes it less accurate and more "
-                           "stable. Default 28.6."),
-    number<&S::reservoir_time>("reservoir_time", "s", kNotNegative,
-                               "How long numerical losses may be given back; 0 never."),
-    whole<&S::active_set_iterations>(
-        "active_set_iterations", 1, 64,
-        "Most solves of a step, to find which limits, contacts and drives are active.")
-        .once("passes"),
     number<&S::sleep_speed>(
         "sleep_speed", "m/s", kNotNegative,
         "What rests on fixed things and moves no faster for half a second falls asleep; heaps of "
@@ -47,8 +38,10 @@ constexpr Key kSolver[] = {
         "Residual of a held point that counts as met, as a fraction of the island's size."),
     number<&S::stall_drop>("stall_drop", "", kUnit,
                            "Least relative gain of a sweep; below it the sweeps end."),
-    flag<&S::tension_stiffness>("tension_stiffness", "Off only to show what it is for."),
-    flag<&S::limiter>("limiter", "The energy limiter; off only to show what it is for."),
+    flag<&S::limiter>(
+        "limiter",
+        "Of auto, where it falls back on sweeps: whether these may add no energy; off "
+        "only to show what it is for."),
     word<&S::procedural_reluctance>("procedural_reluctance", kReluctances,
                                     "Of procedural: which length^2 h the rule takes.")
         .once("paper_reluctance"),
@@ -74,7 +67,11 @@ constexpr Key kSolver[] = {
 
 }  // namespace
 
-constinit const KeySet keys::solver{"solver", "Solver settings.", kSolver};
+constinit const KeySet keys::solver{
+    .what = "solver",
+    .about = "Solver settings.",
+    .keys = kSolver,
+    .retired = "calm_angle_deg reservoir_time active_set_iterations passes tension_stiffness"};
 
 bool read_members(const Reading& reading, const Reader& from, SolverSettings& s) {
   read_rows(reading, from, s);

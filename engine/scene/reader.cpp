@@ -38,6 +38,11 @@ Reader::Reader(const JsonDocument& j, Diagnostics& c, ObjectSource from, const K
   for (NodeId child = json[node].first_child; child != kNoNode; child = json[child].next) {
     const std::string_view key = json[child].key;
     if (accepts(key)) continue;
+    if (set.is_retired(key)) {
+      diagnostics.warn(child, "retired key",
+                       "the key \"" + std::string(key) + "\" has no effect today");
+      continue;
+    }
     const auto today = std::ranges::find(set.keys, key, &Key::old);
     if (today == set.keys.end() || key.empty())
       refuse_unknown(child);

@@ -319,6 +319,9 @@ std::string schema_of(const KeySet& set) {
     if (!key.old.empty()) properties.add(key.old, old_property_of(key));
     if (key.is_needed) needed.add(quoted(key.name));
   }
+  each_word(set.retired, [&](std::string_view name) {
+    properties.add(name, "{\"deprecated\":true,\"description\":\"Has no effect today.\"}");
+  });
   List list;
   list.add("type", quoted("object"));
   list.add("description", quoted(set.about));

@@ -41,20 +41,19 @@ struct StepReport {
   Entity body;        // where a divergence, or energy that grew, was seen
   Real residual = 0;  // worst joint gap at that time, m
   std::uint64_t tick = 0;
-  Real time = 0;                       // s, after the step
-  int sweeps_used = 0;                 // most relaxation sweeps of any island
-  int limited = 0;                     // most islands whose energy was limited in a substep
-  Real energy_removed = 0;             // J, by the energy limiter
-  Entity limited_at;                   // a body of the island from which most was removed
-  int unreached = 0;                   // pins and cables whose residual exceeds the tolerance
-  Entity worst_residual_at;            // the pin or cable with the worst residual
-  Real worst_residual = 0;             // m
-  int contacts = 0;                    // active contact points
-  Real worst_depth = 0;                // m, deepest penetration after the step
-  int stops_hit = 0;                   // joints at an active limit
-  int drives_capped = 0;               // joint drives limited by max_torque
-  int asleep = 0;                      // islands asleep
-  int active_set_iterations_used = 0;  // most active-set iterations of any island
+  Real time = 0;             // s, after the step
+  int sweeps_used = 0;       // most relaxation sweeps of any island
+  int limited = 0;           // most islands whose energy was limited in a substep
+  Real energy_removed = 0;   // J, by the energy limiter
+  Entity limited_at;         // a body of the island from which most was removed
+  int unreached = 0;         // pins and cables whose residual exceeds the tolerance
+  Entity worst_residual_at;  // the pin or cable with the worst residual
+  Real worst_residual = 0;   // m
+  int contacts = 0;          // active contact points
+  Real worst_depth = 0;      // m, deepest penetration after the step
+  int stops_hit = 0;         // joints at an active limit
+  int drives_capped = 0;     // joint drives limited by max_torque
+  int asleep = 0;            // islands asleep
   // Lagrangian solver:
   int rows = 0, rank = 0;          // of the constraint equations; a lower rank means redundant rows
   Real worst_constraint = 0;       // m or rad, residual after the step

@@ -20,7 +20,7 @@ constexpr std::array<std::pair<Solver, const char*>, 7> kNames{
      {Solver::quasistatic, "quasistatic"}}};
 
 // The bounds of the scene keys: a larger count is as good as endless.
-constexpr int kMostSweeps = 10'000, kMostActiveSetIterations = 64;
+constexpr int kMostSweeps = 10'000;
 
 }  // namespace
 
@@ -43,13 +43,10 @@ bool solver_from_name(const char* name, Solver& solver) {
 const char* detail::settings_fault(const SolverSettings& s) {
   if (s.sweeps < 1 || s.sweeps > kMostSweeps)
     return "has solver settings whose sweeps are not from 1 to 10000";
-  if (s.active_set_iterations < 1 || s.active_set_iterations > kMostActiveSetIterations)
-    return "has solver settings whose active-set iterations are not from 1 to 64";
-  if (!(s.calm_angle > 0)) return "has solver settings with a calm angle that is not above 0";
   if (!(s.damping_ratio >= 0 && s.damping_ratio <= 1))
     return "has solver settings with a damping ratio that is not from 0 to 1";
-  for (const Real v : {s.rotation_stiffness, s.reservoir_time, s.sleep_speed, s.tolerance,
-                       s.stall_drop, s.baumgarte, s.step_tolerance})
+  for (const Real v : {s.rotation_stiffness, s.sleep_speed, s.tolerance, s.stall_drop, s.baumgarte,
+                       s.step_tolerance})
     if (!(v >= 0)) return "has solver settings with a number that is not at least 0";
   return nullptr;
 }

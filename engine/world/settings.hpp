@@ -39,17 +39,13 @@ constexpr ProceduralReluctance last_of(ProceduralReluctance) {
 struct SolverSettings {
   Solver solver = Solver::articulated;
   Real rotation_stiffness = 1;  // beta of the least displacement: 0 rotates, large values translate
-  Real calm_angle = 0.5;    // rad; a larger rotation in one step lowers the order of integration
-  Real reservoir_time = 1;  // s; decay time of the energy reserve; 0 disables it
-  int sweeps = 16;          // most relaxation sweeps or Newton iterations
-  int active_set_iterations = 6;  // most solves of a step to find the active set
+  int sweeps = 16;              // most relaxation sweeps
   // An island at rest on fixed bodies that moves no faster than this for half a second falls
   // asleep, m/s; 0: never. What else rests among jointed bodies: has_rested() of `articulated`.
   Real sleep_speed = 2e-3;
-  Real tolerance = 1e-4;          // residual of a pin, as a fraction of the island's size
-  Real stall_drop = 1e-3;         // least relative improvement per sweep
-  bool tension_stiffness = true;  // off only for comparison
-  bool limiter = true;            // off only for comparison
+  Real tolerance = 1e-4;   // residual of a pin, as a fraction of the island's size
+  Real stall_drop = 1e-3;  // least relative improvement per sweep
+  bool limiter = true;     // off only for comparison
   ProceduralReluctance procedural_reluctance = ProceduralReluctance::inertia_over_mass;
   // Lagrangian solver:
   Integrator integrator = Integrator::rk4;
@@ -64,14 +60,10 @@ struct SolverSettings {
   static void fields(auto& self, auto&& field) {
     field("solver", self.solver);
     field("rotation_stiffness", self.rotation_stiffness);
-    field("calm_angle", self.calm_angle);
-    field("reservoir_time", self.reservoir_time);
     field("sweeps", self.sweeps);
-    field("active_set_iterations", self.active_set_iterations);
     field("sleep_speed", self.sleep_speed);
     field("tolerance", self.tolerance);
     field("stall_drop", self.stall_drop);
-    field("tension_stiffness", self.tension_stiffness);
     field("limiter", self.limiter);
     field("procedural_reluctance", self.procedural_reluctance);
     field("integrator", self.integrator);

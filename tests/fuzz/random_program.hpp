@@ -271,10 +271,9 @@ class Program {
     s.integrator = static_cast<Integrator>(bytes_.pick(5));
     s.stabilisation = static_cast<Stabilisation>(bytes_.pick(3));
     if (bytes_.chance(8)) s.tolerance = bytes_.number(), s.rotation_stiffness = bytes_.number();
-    if (bytes_.chance(8)) s.reservoir_time = bytes_.number(), s.sleep_speed = bytes_.number();
-    if (bytes_.chance(8)) s.calm_angle = bytes_.number(), s.baumgarte = bytes_.number();
+    if (bytes_.chance(8)) s.stall_drop = bytes_.number(), s.sleep_speed = bytes_.number();
+    if (bytes_.chance(8)) s.baumgarte = bytes_.number();
     if (bytes_.chance(8)) s.sweeps = static_cast<int>(bytes_.pick(40)) - 4;
-    if (bytes_.chance(8)) s.active_set_iterations = static_cast<int>(bytes_.pick(12)) - 2;
     return s;
   }
   void set_solver(World& world, Entity e) { world.settings.add(e, settings()); }

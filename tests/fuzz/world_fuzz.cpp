@@ -39,8 +39,7 @@ void demand(bool holds) {
 
 /// No input is merely slow.
 void bound_work(SolverSettings& s) {
-  s.sweeps = std::min(s.sweeps, 50),
-  s.active_set_iterations = std::min(s.active_set_iterations, 20);
+  s.sweeps = std::min(s.sweeps, 50);
   if (s.step_tolerance < 1e-9) s.step_tolerance = 0;
 }
 

@@ -233,6 +233,7 @@ TEST_CASE("a contact is a dot with a line along its force, and a cross where it 
   contact.slot_a = 1;
   contact.point_a = to_local(s.world.bodies.values()[1].pose, at);
   contact.active = true;
+  contact.normal = {1, 0, 0}, contact.friction = 0.5;
   contact.force = {20, 0, 0};
   contacts_of(s.world).push_back(contact);
   const Image sticks = s.draw();
@@ -241,7 +242,7 @@ TEST_CASE("a contact is a dot with a line along its force, and a cross where it 
   CHECK(s.count(sticks, at + Vec3{0.2, 0, 0}, ink::kContact, 4) > 5);  // about its weight
   CHECK(s.count(sticks, at - Vec3{0.2, 0, 0}, ink::kContact, 4) == 0);
   CHECK(s.count(sticks, at, ink::kSlide) == 0);
-  contacts_of(s.world)[0].sliding = 0.5;
+  contacts_of(s.world)[0].force = {20, 10, 0};
   CHECK(s.count(s.draw(), at, ink::kSlide) > 3);
   contacts_of(s.world)[0].active = false;
   CHECK(s.count(s.draw(), at + Vec3{0.2, 0, 0}, ink::kContact, 8) == 0);

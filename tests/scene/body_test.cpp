@@ -17,7 +17,7 @@ Real distance(Vec3 a, Vec3 b) { return glm::length(a - b); }
 TEST_CASE("The head of a scene is read, and what is absent is as documented") {
   const Scene s = good(R"({"version": 1, "title": "T", "gravity": [0, -1, 0.5], "step": 0.01,
 "substeps": 3, "duration": 2, "drift_bound": 1e-6, "output": {"size": [640, 360], "fps": 30},
-"solver": {"type": "shake2", "calm_angle_deg": 90, "sweeps": 5, "limiter": false},
+"solver": {"type": "shake2", "stall_drop": 0.25, "sweeps": 5, "limiter": false},
 "camera": {"eye": [1, 2, 3], "target": [0, 1, 0], "field_of_view_deg": 90},
 "ground": {"height": -1}, "light": {"strength": 2, "direction": [0, -2, 0]},
 "materials": [{"name": "m", "colour": "#ff8000", "roughness": 0.1, "metallic": 1}]})");
@@ -26,10 +26,10 @@ TEST_CASE("The head of a scene is read, and what is absent is as documented") {
   CHECK((s.step == 0.01 && s.substeps == 3 && s.duration == 2 && s.drift_bound == 1e-6));
   CHECK((s.output.width == 640 && s.output.height == 360 && s.output.fps == 30));
   CHECK(s.world.default_settings.solver == Solver::shake2);
-  CHECK(s.world.default_settings.calm_angle == Approx(kPi / 2));
+  CHECK(s.world.default_settings.stall_drop == 0.25);
   CHECK(s.world.default_settings.sweeps == 5);
   CHECK_FALSE(s.world.default_settings.limiter);
-  CHECK(s.world.default_settings.tension_stiffness);
+  CHECK(s.world.default_settings.rotation_stiffness == 1);
   CHECK(s.view.camera.eye == Vec3(1, 2, 3));
   CHECK(s.view.camera.field_of_view == Approx(kPi / 2));
   CHECK_FALSE(s.view.camera.automatic);
@@ -196,7 +196,7 @@ TEST_CASE("Settings of a body change only what they name") {
   const SolverSettings& own = s.world.settings[s.world.find("a")];
   CHECK((own.solver == Solver::procedural && own.sweeps == 7));
   CHECK(own.procedural_reluctance == ProceduralReluctance::literal_step);
-  CHECK(own.calm_angle == SolverSettings{}.calm_angle);
+  CHECK(own.stall_drop == SolverSettings{}.stall_drop);
 }
 
 TEST_CASE("Kinematic bodies start where their path does") {

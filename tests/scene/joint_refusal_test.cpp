@@ -305,9 +305,8 @@ TEST_CASE("Stairs without steps, and chains bent by limits of other joints, are 
                  R"(1}, "links": 4, "length": 1, "kind": "hinge", "limits": {"cone": 1}}]})") ==
       Lines{"t.json:2:136: /generators/chains/0/limits/cone: found a limit \"cone\", expected "
             "those of a hinge joint: angle"});
-  CHECK(with_scene(R"("solver": {"active_set_iterations": 65})") ==
-        Lines{"t.json:2:37: /solver/active_set_iterations: found 65, expected a whole number from "
-              "1 to 64"});
+  CHECK(with_scene(R"("solver": {"sweeps": 0})") ==
+        Lines{"t.json:2:22: /solver/sweeps: found 0, expected a whole number from 1 to 10000"});
   CHECK(with_scene(R"("solver": {"sleep_speed": -0.001})") ==
         Lines{"t.json:2:27: /solver/sleep_speed: found -0.001, expected a number from 0 to 1e12"});
   CHECK(with_scene(R"("solver": {"sleep_speed": 1e999})") ==

@@ -223,9 +223,8 @@ TEST_CASE("A pin of an instance goes on holding on to its own copy") {
   CHECK(pin.target == Vec3(-1, 0, 0));
 }
 
-TEST_CASE("The number of solves of a step and the speed of rest are read") {
-  CHECK(good(R"({"version": 1, "solver": {"active_set_iterations": 9}})")
-            .world.default_settings.active_set_iterations == 9);
+TEST_CASE("The number of sweeps of a step and the speed of rest are read") {
+  CHECK(good(R"({"version": 1, "solver": {"sweeps": 9}})").world.default_settings.sweeps == 9);
   const auto sleep_speed = [](const char* text) {
     return good(text).world.default_settings.sleep_speed;
   };

@@ -239,15 +239,14 @@ TEST_CASE("Every old key is read as today's, with a warning that names it") {
         return line.find("found key \"" + std::string(key.old)) == std::string::npos;
       }));
     }
-  const Scene s = good(R"({"version": 1, "solver": {"type": "lagrangian", "passes": 9},
+  const Scene s = good(R"({"version": 1, "solver": {"type": "lagrangian", "rounds": 9},
 "bodies": [{"name": "l", "mass": 1, "inertia": [1, 1, 1]}, {"name": "r", "mass": 1, "inertia": [1, 1, 1]}],
 "joints": [{"name": "i", "a": "world", "b": "l", "kind": "cylindrical", "anchor": [0, 0, 0],
 "slide": {"friction": {"dry": 3}}},
 {"name": "j", "a": "world", "b": "r", "kind": "hinge", "anchor": [0, 0, 0]}],
 "ratios": [{"name": "g", "first": "i", "first_moves": "slide", "second": "j", "ratio": 2}]})");
   CHECK(s.warnings ==
-        Lines{"t.json:1:59: /solver/passes: the key \"passes\" is called "
-              "\"active_set_iterations\" today",
+        Lines{"t.json:1:59: /solver/rounds: the key \"rounds\" is called \"sweeps\" today",
               "t.json:4:10: /joints/0/slide: the key \"slide\" is called \"travel\" today",
               "t.json:6:11: /ratios: the key \"ratios\" is called \"gears\" today",
               "t.json:6:55: /ratios/0/first_moves: the key \"first_moves\" is called "
@@ -255,7 +254,14 @@ TEST_CASE("Every old key is read as today's, with a warning that names it") {
               "t.json:6:55: /ratios/0/first_moves: \"slide\" is called \"travel\" today"});
   CHECK(s.world.gears[s.world.find("g")].first_travels);
   CHECK(s.world.links[s.world.find("i")].joint.parameters->translation.friction.dry == 3);
-  CHECK(s.world.default_settings.active_set_iterations == 9);
+  CHECK(s.world.default_settings.sweeps == 9);
+}
+
+TEST_CASE("A key that nothing reads any more is told of, and left") {
+  const Scene s = good(R"({"version": 1, "solver": {"calm_angle_deg": 20, "sweeps": 9}})");
+  CHECK(s.warnings == Lines{"t.json:1:45: /solver/calm_angle_deg: the key \"calm_angle_deg\" has "
+                            "no effect today"});
+  CHECK(s.world.default_settings.sweeps == 9);
 }
 
 TEST_CASE("Old words for solvers and motions are read as today's, with warnings") {

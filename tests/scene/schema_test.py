@@ -153,7 +153,7 @@ class Schema(unittest.TestCase):
             ("generators", {"chains": [{"name": "c", "links": 3, "path": []}]}),
             ("generators", {"stairs": [{"name": "s", "count": 0}]}),
             ("collision_groups", ["a", "a"]),
-            ("solver", {"active_set_iterations": 0}),
+            ("solver", {"sweeps": 0}),
             ("solver", {"sleep_speed": -0.001}),
             ("paths", [{"body": "rod"}]),
             ("classes", [{"body": {}}]),

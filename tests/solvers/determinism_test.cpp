@@ -77,7 +77,7 @@ std::uint64_t hash_after(World start, int steps, int threads, int substeps = 1) 
 
 /// Everything that the kernels write while one island is stepped with one table of them.
 std::uint64_t hash_of_stages(const Kernels& k, const World& start, articulated::Rule rule,
-                             bool least_displacement, bool first) {
+                             bool first) {
   Stages s(start, k);
   articulated::Island& a = s.articulation();
   Hash hash;
@@ -85,20 +85,16 @@ std::uint64_t hash_of_stages(const Kernels& k, const World& start, articulated::
     for (Real number : numbers) hash.add(number);
   };
   Real gravity[3] = {0.5, -9.81, 0.25};
-  const articulated::StartSums sums =
-      k.predict(s.packed(), {0.02, {gravity[0], gravity[1], gravity[2]}, rule, first});
-  hash.add(sums.kinetic), hash.add(sums.potential), hash.add(sums.damped);
-  note(sums.momentum), note(a.scratch.work.numbers());
+  hash.add(k.predict(s.packed(), {0.02, {gravity[0], gravity[1], gravity[2]}, rule, first}));
+  note(a.scratch.work.numbers());
   // One stage after the other ...
-  if (least_displacement)
-    s.levers(), s.sweep();
-  else
-    s.inward_pass(articulated::Tension::stiffens), s.outward_pass();
+  s.inward_pass();
+  note(a.scratch.nodes);
+  s.levers(), s.sweep();
   note(a.scratch.work.numbers()), note(a.memory.numbers());
-  const articulated::VelocityInput in{0.02, {gravity[0], gravity[1], gravity[2]}, rule, first, 0.5};
-  const auto note_end = [&](const articulated::EndSums& end) {
-    hash.add(end.kinetic), hash.add(end.potential), hash.add(end.work);
-    hash.add(end.largest_rotation2), note(end.momentum);
+  const articulated::VelocityInput in{0.02, rule};
+  const auto note_end = [&](bool sane) {
+    hash.add(sane);
     for (const Body& b : s.world.bodies.values())
       hash.add(b.pose), hash.add(b.velocity), hash.add(b.angular_velocity);
   };
@@ -107,12 +103,7 @@ std::uint64_t hash_of_stages(const Kernels& k, const World& start, articulated::
   k.scale(s.packed(), 0.75, mean);
   // ... and in one pass.
   k.predict(s.packed(), {0.02, {gravity[0], gravity[1], gravity[2]}, rule, first});
-  if (least_displacement) {
-    note_end(k.sweep_and_update(s.packed(), a.scratch.targets.data(), 1, in));
-  } else {
-    s.inward_pass(articulated::Tension::stiffens);
-    note_end(k.outward_pass_and_update(s.packed(), a.scratch.targets.data(), in));
-  }
+  note_end(k.sweep_and_update(s.packed(), a.scratch.targets.data(), 1, in));
   note(a.memory.numbers());
   return hash.value();
 }
@@ -142,19 +133,18 @@ TEST_CASE("all builds of the kernels give the same bits at every stage") {
       const Entity hook = t.world.add_body(wall);
       add_link(t.world, {hook, t.bodies[0], {Vec3(0), {0, 0.1, 0}}});
     }
-    for (Rule rule : {Rule::verlet, Rule::midpoint, Rule::euler, Rule::bdf2})
-      for (bool least_displacement : {false, true})
-        for (bool first : {false, true}) {
-          INFO("tree " << seed << ", rule " << static_cast<int>(rule));
-          const std::uint64_t slowest = hash_of_stages(articulated::kernels_unoptimised, t.world,
-                                                       rule, least_displacement, first);
-          for (const Kernels* const* k = all; *k; ++k, ++compared) {
-            INFO("kernels " << (*k)->name);
-            CHECK(hash_of_stages(**k, t.world, rule, least_displacement, first) == slowest);
-          }
+    for (Rule rule : {Rule::verlet, Rule::midpoint, Rule::euler})
+      for (bool first : {false, true}) {
+        INFO("tree " << seed << ", rule " << static_cast<int>(rule));
+        const std::uint64_t slowest =
+            hash_of_stages(articulated::kernels_unoptimised, t.world, rule, first);
+        for (const Kernels* const* k = all; *k; ++k, ++compared) {
+          INFO("kernels " << (*k)->name);
+          CHECK(hash_of_stages(**k, t.world, rule, first) == slowest);
         }
+      }
   }
-  CHECK(compared >= 12 * 16);
+  CHECK(compared >= 12 * 6);
 }
 
 TEST_CASE("a run gives the same bits again, whatever the number of threads") {

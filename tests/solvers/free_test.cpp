@@ -79,23 +79,19 @@ TEST_CASE("a free tree falls as its mass centre would alone") {
   CHECK(d.angular_momentum <= 1e-11);
 }
 
-TEST_CASE(
-    "the linear answer of a free tree shifts no mass centre; closing exactly shifts it a "
-    "little") {
+TEST_CASE("the linear answer of a free tree shifts no mass centre") {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     Random dice(seed);
     RandomTree t = random_tree({2, 1, 0, false, true}, dice);
     t.world.bodies[t.bodies[1]].pose.position += 0.1 * dice.in_cube(1);
     Stages s(t.world);
-    s.inward_pass(articulated::Tension::ignored);
+    s.inward_pass();
     Pose root = s.predicted(t.bodies[0]), child = s.predicted(t.bodies[1]);
     const Vec3 before_root = root.position, before_child = child.position;
     s.answer_linearly(root, child);
     const Real ma = t.world.bodies[t.bodies[0]].mass, mb = t.world.bodies[t.bodies[1]].mass;
     const Vec3 shift = ma * (root.position - before_root) + mb * (child.position - before_child);
     CHECK(glm::length(shift) <= 1e-15 * (ma + mb));
-    s.outward_pass();
-    CHECK(glm::length(s.final(t.bodies[0]).position - root.position) <= 1e-15);
   }
 }
 

@@ -164,32 +164,30 @@ TEST_CASE("chains within cones: no violation, no gap, no energy gained, in all 5
   // Released at 60 degrees; with the drag the swing has decayed within 10 s, stops or no stops.
   for (Real cone : {10.0, 20.0, 45.0})
     for (int links : {5, 10, 20})
-      for (Real rate : {60.0, 240.0})
-        for (int passes : {1, 2, 3}) {
-          INFO("cone " << cone << ", " << links << " links, " << rate << " Hz, " << passes);
-          ChainSpec spec;
-          spec.links = links, spec.angle = kPi / 3, spec.mass = 1.0 / links;
-          JointLimits limits;
-          limits.swing = {true, cone * kPi / 180, cone * kPi / 180};
-          limits.angle = {true, -0.1, 0.1};
-          World w = jointed_chain(spec, JointKind::ball, limits);
-          w.default_settings.active_set_iterations = passes;
-          for (Body& b : w.bodies.values()) b.drag = 1;
-          w.mark_dirty();
-          Simulation sim = Simulation::copy_of(w, {1 / rate});
-          const Real start = measure(w).energy(), swing = start - lowest(spec);
-          Real violation = 0, gap = 0, most = start;
-          for (int i = 0; i < 10 * rate; ++i) {
-            REQUIRE(sim.step().status == Status::ok);
-            const Measures m = measure(sim.world);
-            violation = std::max(violation, m.worst_violation);
-            gap = std::max(gap, m.worst_gap_rel), most = std::max(most, m.energy());
-          }
-          CHECK(violation <= 1e-12);
-          CHECK(gap <= 1e-14);
-          CHECK(most <= start + 0.02 * swing);
-          CHECK(measure(sim.world).energy() - lowest(spec) <= 1e-3 * swing);  // at rest
+      for (Real rate : {60.0, 240.0}) {
+        INFO("cone " << cone << ", " << links << " links, " << rate << " Hz");
+        ChainSpec spec;
+        spec.links = links, spec.angle = kPi / 3, spec.mass = 1.0 / links;
+        JointLimits limits;
+        limits.swing = {true, cone * kPi / 180, cone * kPi / 180};
+        limits.angle = {true, -0.1, 0.1};
+        World w = jointed_chain(spec, JointKind::ball, limits);
+        for (Body& b : w.bodies.values()) b.drag = 1;
+        w.mark_dirty();
+        Simulation sim = Simulation::copy_of(w, {1 / rate});
+        const Real start = measure(w).energy(), swing = start - lowest(spec);
+        Real violation = 0, gap = 0, most = start;
+        for (int i = 0; i < 10 * rate; ++i) {
+          REQUIRE(sim.step().status == Status::ok);
+          const Measures m = measure(sim.world);
+          violation = std::max(violation, m.worst_violation);
+          gap = std::max(gap, m.worst_gap_rel), most = std::max(most, m.energy());
         }
+        CHECK(violation <= 1e-12);
+        CHECK(gap <= 1e-14);
+        CHECK(most <= start + 0.02 * swing);
+        CHECK(measure(sim.world).energy() - lowest(spec) <= 1e-3 * swing);  // at rest
+      }
 }
 
 TEST_CASE("a cantilever falls into its stops and is still within 10 s") {

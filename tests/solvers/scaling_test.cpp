@@ -35,7 +35,6 @@ World in_units(const World& from, const Units& u) {
     p.anchor *= u.length, p.target *= u.length;
     p.stiffness *= u.mass / (u.time * u.time);
   }
-  w.default_settings.reservoir_time *= u.time;
   return w;
 }
 

@@ -43,21 +43,13 @@ class Stages {
   }
   /// The rule as printed.
   void literal(Real h) { articulated::literal_sweep(articulation(), h); }
-  /// Articulated masses, from the leaves to the root ...
-  void inward_pass(articulated::Tension tension) {
+  /// Articulated masses, from the leaves to the root.
+  void inward_pass() {
     articulated::Island& a = articulation();
-    if (a.is_chain) {
-      k_.inward_pass_chain(packed(), tension);
-      return;
-    }
-    k_.prepare(packed(), articulated::kPosition, articulated::kRotation, tension);
-    k_.fill_blocks(packed(), a.scratch.blocks.data());
-    k_.inward_pass_tree(packed(), tension, a.scratch.blocks.data());
-  }
-  /// ... and the joints closed, from the root to the leaves.
-  void outward_pass() {
-    k_.outward_pass(packed(), articulation().scratch.targets.data(), articulated::kPosition);
-    k_.apply_poses(packed(), articulated::kRotation);
+    blocks_.assign(articulated::kBlockSize * a.count(), 0);
+    k_.prepare(packed(), articulated::kPosition, articulated::kRotation);
+    k_.fill_blocks(packed(), blocks_.data());
+    k_.inward_pass(packed(), blocks_.data());
   }
 
   /// The linear answer of a free pair to the gap between them, mapped to rotations exactly: what
@@ -115,6 +107,7 @@ class Stages {
 
  private:
   const articulated::Kernels& k_;
+  std::vector<Real> blocks_;
 };
 
 }  // namespace pantin::test

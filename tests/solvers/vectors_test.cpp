@@ -78,9 +78,6 @@ bool is_procedural(const json& entry) {
 bool is_linear(const json& entry) {
   return entry.at("rule").get<std::string>().starts_with("articulated linear");
 }
-bool is_articulated(const json& entry) {
-  return entry.at("rule").get<std::string>().starts_with("articulated");
-}
 
 /// One fixed pair by the functions for a single body.
 Pose moved(const json& body, Vec3 goal, bool procedural) {
@@ -140,7 +137,7 @@ TEST_CASE("vectors: two free bodies meet") {
     const json &a = entry.at("bodies").at(0), &b = entry.at("bodies").at(1);
     const Real ma = a.at("m"), mb = b.at("m");
     Pose to[2];
-    if (!is_articulated(entry)) {
+    if (!is_linear(entry)) {
       const Vec3 meet = articulated::meeting_point(ma, to_world(pose(a), vec(b.at("ra"))), mb,
                                                    to_world(pose(b), vec(b.at("rb"))));
       CHECK(miss(meet, vec(entry.at("c"))) <= kTolerance);
@@ -148,13 +145,10 @@ TEST_CASE("vectors: two free bodies meet") {
       first["rb"] = b.at("ra");  // the root's side of the joint
       to[0] = moved(first, meet, is_procedural(entry)),
       to[1] = moved(b, meet, is_procedural(entry));
-    } else if (is_linear(entry)) {
-      s.inward_pass(articulated::Tension::ignored);
+    } else {
+      s.inward_pass();
       to[0] = pose(a), to[1] = pose(b);
       s.answer_linearly(to[0], to[1]);
-    } else {
-      s.inward_pass(articulated::Tension::ignored), s.outward_pass();
-      to[0] = s.final(e[0]), to[1] = s.final(e[1]);
     }
     for (std::size_t i = 0; i < 2; ++i)
       CHECK(miss(to[i], pose(entry.at("out").at(i))) <= kTolerance);
@@ -172,22 +166,12 @@ TEST_CASE("vectors: a chain of five and a tree of four limbs") {
       INFO(which << ", " << entry.at("rule"));
       std::vector<Entity> bodies;
       Stages s(world_of(entry.at("bodies"), bodies));
-      articulated::LaneTable& memory = s.articulation().memory;
-      const bool tension = entry.contains("lambda_in");
-      for (std::size_t i = 0; tension && i < bodies.size(); ++i)
-        memory.set(articulated::kLambda, s.column(bodies[i]), vec(entry.at("lambda_in").at(i)));
-      if (is_articulated(entry))
-        s.inward_pass(tension ? articulated::Tension::stiffens : articulated::Tension::ignored),
-            s.outward_pass();
-      else if (is_procedural(entry))
+      if (is_procedural(entry))
         s.literal(1.0 / 60);
       else
         s.sweep();
       CHECK(worst_miss(s, bodies, entry.at("out")) <= kTolerance);
       CHECK(std::abs(s.action() - entry.at("displacement_action").get<Real>()) <= kTolerance);
-      for (std::size_t i = 0; tension && i < bodies.size(); ++i)
-        CHECK(miss(memory.vec(articulated::kLambda, s.column(bodies[i])),
-                   vec(entry.at("lambda_out").at(i))) <= kTolerance);
     }
   }
 }

@@ -59,7 +59,7 @@ Lap lap(const Scene& scene, int threads, bool& sound) {
 void measure_beside(const Scene& scene, int threads, double links, Json& row) {
   const std::uint64_t bytes_before = live_bytes();
   Simulation sim = Simulation::copy_of(scene.world, {scene.step, scene.substeps, threads, true});
-  double depth = 0, violation = 0, residual = 0, passes = 0;
+  double depth = 0, violation = 0, residual = 0;
   int contacts = 0, stops = 0;
   double worst = 0, worst_rel = 0, most_energy = measure(sim.world).energy();
   const double start_energy = most_energy;
@@ -77,7 +77,6 @@ void measure_beside(const Scene& scene, int threads, double links, Json& row) {
     violation = std::max(violation, report.measures.worst_violation);
     residual = std::max(residual, report.worst_residual);
     contacts = std::max(contacts, report.contacts), stops = std::max(stops, report.stops_hit);
-    passes += report.active_set_iterations_used;
     if (report.status == Status::diverged || report.status == Status::energy_grew ||
         report.status == Status::contact_lost)
       break;
@@ -94,7 +93,6 @@ void measure_beside(const Scene& scene, int threads, double links, Json& row) {
   row["limit_hits_max"] = stops;
   row["limit_violation_rad"] = violation;
   row["worst_residual_m"] = residual;
-  row["passes_mean"] = passes / static_cast<double>(std::max<std::uint64_t>(1, steps));
   row["worst_gap_m"] = worst;
   row["worst_gap_rel"] = worst_rel;
   row["energy_start_j"] = start_energy;
@@ -197,7 +195,6 @@ std::string csv_of(const Json& head, const Json& rows) {
                                       "limit_hits_max",
                                       "limit_violation_rad",
                                       "worst_residual_m",
-                                      "passes_mean",
                                       "energy_start_j",
                                       "energy_end_j",
                                       "energy_max_j",
@@ -284,7 +281,7 @@ scene, title, status, solver, solvers, step_s, steps, repeats, bodies, joints, f
 repeats' medians), frame_ms_p95, frame_ms_p99, frame_ms_max, ns_per_link_step_median,
 ns_per_link_step_p99, ns_per_link_step_repeats (least and largest median), allocations_per_step,
 frame_ms_mean, stages_ns_per_link, bytes_per_link, worst_gap_m, worst_gap_rel, contacts_max,
-contact_depth_m, limit_hits_max, limit_violation_rad, worst_residual_m, passes_mean,
+contact_depth_m, limit_hits_max, limit_violation_rad, worst_residual_m,
 energy_start_j, energy_end_j, energy_max_j, hash, warnings.
 
 Exit codes: 0 ok, 2 usage or bad input, 3 diverged, 4 could not write, 130 interrupted.)";

@@ -48,8 +48,8 @@ struct Summary {
   int most_rounds = 0;
   double worst_violation = 0, worst_depth = 0;  // rad, m
   int contacts_now = 0, stops_now = 0;
-  int most_contacts = 0, most_stops = 0, most_capped = 0, most_passes = 0;
-  double passes = 0, acceleration2 = 0;  // sums: passes; (m/s^2)^2 of mass centres, last second
+  int most_contacts = 0, most_stops = 0, most_capped = 0;
+  double acceleration2 = 0;  // sum, (m/s^2)^2 of mass centres, last second
   std::uint64_t still_samples = 0;
   std::vector<Vec3> velocities;  // of the step before
   double energy_removed = 0;     // J, by the energy limiter
@@ -112,8 +112,6 @@ StepReport timed_step(Simulation& sim, double until, Summary& s) {
   s.most_contacts = std::max(s.most_contacts, report.contacts);
   s.most_stops = std::max(s.most_stops, report.stops_hit);
   s.most_capped = std::max(s.most_capped, report.drives_capped);
-  s.most_passes = std::max(s.most_passes, report.active_set_iterations_used);
-  s.passes += report.active_set_iterations_used;
   s.contacts_now = report.contacts, s.stops_now = report.stops_hit;
   s.mode_switches += static_cast<std::uint64_t>(report.mode_switches);
   s.dynamic_steps += report.handed_over > 0;
@@ -167,8 +165,6 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
   j["limit_hits_max"] = s.most_stops;
   j["limit_violation_rad"] = s.worst_violation;
   j["drives_capped_max"] = s.most_capped;
-  j["passes_mean"] = s.steps ? s.passes / static_cast<double>(s.steps) : 0.0;
-  j["passes_max"] = s.most_passes;
   j["final_acceleration_rms"] =
       s.still_samples ? std::sqrt(s.acceleration2 / static_cast<double>(s.still_samples)) : 0.0;
   j["unreached"] = Json::array();
@@ -436,7 +432,7 @@ worst_residual_m, rounds_max, limited_steps and energy_removed_j (by the energy 
 rescued_steps (too long for the integrator, taken by
 Euler's method), contacts (bearing, at the end), contacts_max,
 contact_depth_m (worst overlap after a step), limit_hits (joints held by a limit, at the end),
-limit_hits_max, limit_violation_rad, drives_capped_max, passes_mean, passes_max,
+limit_hits_max, limit_violation_rad, drives_capped_max,
 final_acceleration_rms (m/s^2, mass centres, last second), unreached, mechanisms
 (Lagrangian: bodies, integrator, equations, rank, redundant, residual, parts), findings (kind, where,
 time_s, amount, unit, steps), energy_unchecked (bodies), warnings, and lost after a divergence or a

@@ -22,10 +22,7 @@ struct SettingRow {
 };
 constexpr SettingRow kSettings[]{
     {"sweeps", "", 1, 64, nullptr, &SolverSettings::sweeps},
-    {"active_set_iterations", "", 1, 32, nullptr, &SolverSettings::active_set_iterations},
     {"rotation_stiffness", "", 0, 10, &SolverSettings::rotation_stiffness, nullptr},
-    {"calm_angle", "rad", 0, 3, &SolverSettings::calm_angle, nullptr},
-    {"reservoir_time", "s", 0, 10, &SolverSettings::reservoir_time, nullptr},
     {"sleep_speed", "m/s", 0, 0.1, &SolverSettings::sleep_speed, nullptr},
     {"damping_ratio", "", 0, 1, &SolverSettings::damping_ratio, nullptr},
 };

@@ -39,25 +39,15 @@ void step_contact_groups(World& world, const StepTask& task);
 /// one of them.
 bool adjust(World& world, Island& a, Real h, Entity& lost);
 
-/// The same in stages, for islands in contact with one another (Island::mutual). All begin the
-/// step; then they iterate until the active set is unchanged: each begins an iteration, the contact
-/// forces between them are solved together, each ends it. Finally each finishes the step.
-void begin_step(World& world, Island& a, Real h);
-void begin_iterating(World& world, Island& a);
-void begin_iteration(World& world, Island& a, Real h);
-void iterate_mutual(World& world, Real h);
-bool end_iteration(World& world, Island& a, Real h);
-bool finish_step(World& world, Island& a, Real h, Entity& lost);
-
 /// N for each kg m of a multiplier of the last step; 0 where the solver "auto" took none since the
 /// World was built or copied.
 Real force_per_lambda(const Island& a);
 /// What the joint between a column and its parent, limits included, did to the column's body in the
-/// last step, world axes; without drives and soft zones. Linear in the number of outboard bodies.
+/// last step, world axes; without drives and soft zones.
 struct JointLoad {
   Vec3 force{0};   // N
   Vec3 torque{0};  // N m, about the joint point
 };
-JointLoad joint_load(const World& world, const Island& a, std::size_t column);
+JointLoad joint_load(const Island& a, std::size_t column);
 
 }  // namespace pantin::detail::articulated

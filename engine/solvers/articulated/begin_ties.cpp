@@ -31,15 +31,17 @@ Place place_of(const World& world, const PackedPin& pin, Real h) {
   return {before, pin.target, velocity};
 }
 
-/// The same in one part of the step.
+/// The same in one part of the step; the gap at the start of the step, which is closed evenly over
+/// it.
 struct PlaceInStep {
   Place place;
   const StepPart& part;
+  Vec3 gap{0};
 };
 
 /// Completes a tie for a part of the step of length h in all.
 void begin_tie(const World& world, const Island& a, ConservingTie& t, const PlaceInStep& fixed) {
-  const auto& [place, part] = fixed;
+  const auto& [place, part, gap] = fixed;
   const Real begin = part.begin;
   const auto start = [&](std::uint32_t c, Vec3& anchor, Vec3& arm) {
     const Vec3 at = point_on(world, a.slots[c], anchor);
@@ -48,11 +50,12 @@ void begin_tie(const World& world, const Island& a, ConservingTie& t, const Plac
     return at;
   };
   const Vec3 way = place.after - place.before;
-  t.way = (part.end - begin) * way;
-  t.velocity = t.a != kNobody ? Vec3(0) : part.end == 1 ? place.velocity : way / part.whole;
-  t.still = t.a != kNobody || (way == Vec3(0) && t.velocity == Vec3(0));
+  t.way = (part.end - begin) * (way + gap);
+  t.velocity = part.end == 1 ? place.velocity : (way + gap) / part.whole;
+  t.still = t.way == Vec3(0) && t.velocity == Vec3(0);
   t.before = start(t.b, t.anchor_b, t.start_b) -
-             (t.a != kNobody ? start(t.a, t.anchor_a, t.start_a) : place.before + begin * way);
+             (t.a != kNobody ? start(t.a, t.anchor_a, t.start_a) : place.before + begin * way) +
+             (1 - begin) * gap;
   t.open = t.kind == TieKind::rigid && glm::length(t.before) > kClosedGap * a.size;
   t.still = t.still && !t.open;
 }
@@ -69,6 +72,21 @@ void begin_inextensible(StepScratch& r, const PackedCable& cable, Real to_mu) {
 
 }  // namespace
 
+bool begin_closing(const World& world, Island& a, Real h) {
+  bool any = false;
+  for (std::size_t i = 0; i < a.pins.size(); ++i) {
+    const PackedPin& pin = a.pins[i];
+    const Vec3 to = pin.partner == kNobody ? place_of(world, pin, h).before
+                                           : point_on(world, a.slots[pin.partner], pin.held_anchor);
+    const Vec3 gap = to - point_on(world, a.slots[pin.column], pin.anchor);
+    const bool open = pin.compliance == 0 && glm::length(gap) > kClosedGap * a.size;
+    a.scratch.pin_gaps[i] = open ? gap : Vec3(0);
+    any = any || open;
+  }
+  if (any) begin_watch(world, a);
+  return any;
+}
+
 void begin_ties(const World& world, Island& a, const StepPart& part) {
   StepScratch& r = a.scratch;
   PANTIN_ASSERT(part.begin < part.end && part.end <= 1);
@@ -83,7 +101,8 @@ void begin_ties(const World& world, Island& a, const StepPart& part) {
     t.kind = pin.compliance > 0 ? TieKind::spring : TieKind::rigid;
     if (pin.compliance > 0) t.stiffness = 1 / pin.compliance, t.damping = pin.damping;
     begin_tie(world, a, t,
-              {pin.partner == kNobody ? place_of(world, pin, part.whole) : Place{}, part});
+              {pin.partner == kNobody ? place_of(world, pin, part.whole) : Place{}, part,
+               r.pin_gaps[static_cast<std::size_t>(&pin - a.pins.data())]});
     if (t.kind == TieKind::rigid) r.ties.back().mu = -to_mu * pin.lambda;
   }
   for (const PackedCable& cable : a.cables) {

@@ -17,10 +17,12 @@ constexpr Real kLeastRest = 1e-6;
 /// One that would lose much energy is taken in up to so many parts: rods that snap straight.
 constexpr int kResolvingParts = 16;
 constexpr int kMostIterations = 8, kMostTiedIterations = 16;
-/// Parts tried in a step, converged or not, the second where joints have limits: bounds its cost.
-constexpr int kMostAttempts = 48, kLimitedAttempts = 96, kTiedAttempts = 4;
-/// Steps taken by projection after one that did not converge: bounds the cost of wild motion.
-constexpr int kProjectedSteps = 30;
+/// Parts tried in a step, converged or not: bounds its cost. Of these, those that may end where a
+/// cable becomes taut; those that are divided for losses and bends; those after which loops give
+/// way.
+constexpr int kMostAttempts = 96, kEndingAttempts = 12, kDividingAttempts = 24, kTiedAttempts = 4;
+/// Steps taken by sweeps after one that did not converge: bounds the cost of wild motion.
+constexpr int kSweptSteps = 1;
 /// rad: the next iteration would rotate by about its square. Free trees have no anchor that would
 /// take up a lack of angular momentum.
 constexpr Real kTurnTolerance = 3e-4, kFreeTurnTolerance = 1e-6, kLeastTurnTolerance = 1e-11;
@@ -85,7 +87,7 @@ Real most_due(const Island& a, Real part, int attempt) {
   constexpr Real kNoBound = std::numeric_limits<Real>::infinity(), kByTrees = 1.2,
                  kByCables = 1.0001;
   if (!a.pins.empty() || !ties_hold_still(a)) return kNoBound;
-  if (!a.cables.empty()) return part > 1 && 2 * attempt < kMostAttempts ? kByCables : kNoBound;
+  if (!a.cables.empty()) return part > 1 && attempt < kDividingAttempts ? kByCables : kNoBound;
   return part > kParts / kResolvingParts && is_still(a) ? kByTrees : kNoBound;
 }
 
@@ -101,10 +103,6 @@ bool finish_otherwise(World& world, Island& a, const StepPart& rest, Entity& los
   for (std::size_t i = 0; i < a.pins.size(); ++i)
     r.pins_before[i] =
         a.pins[i].target_before + rest.begin * (a.pins[i].target - a.pins[i].target_before);
-  // The iterations used the memory of the other rules.
-  a.calm_steps = 0;
-  if (has_rows(a))
-    for (std::size_t c = 0; c < a.count(); ++c) a.memory.set(kLambda, c, r.lambdas[c]);
   if (rest.begin > 0)
     for (Tree& t : a.trees) t.knows_angular_momentum = false;
   update(world, a, h);
@@ -112,9 +110,7 @@ bool finish_otherwise(World& world, Island& a, const StepPart& rest, Entity& los
   for (std::size_t t = 0; t < a.trees.size(); ++t)
     a.trees[t].target_before = {r.ways[3 * t], r.ways[3 * t + 1], r.ways[3 * t + 2]};
   for (std::size_t i = 0; i < a.pins.size(); ++i) a.pins[i].target_before = r.pins_before[i];
-  begin_step(world, a, h);
-  find_active_set(world, a, h, StepLength::whole);
-  return finish_step(world, a, h, lost);
+  return close_by_sweeps(world, a, h, lost);
 }
 
 /// Whether all bodies are somewhere; `lost` is the first that is not.
@@ -134,8 +130,7 @@ bool all_found(const World& world, const Island& a, Entity& lost) {
 }  // namespace
 
 bool conserves(const World& world, const Island& a) {
-  return a.finite && a.settings.solver == Solver::articulated && a.settings.tension_stiffness &&
-         a.projected_steps == 0 && a.scratch.contact_rows.empty() &&
+  return a.finite && a.settings.solver == Solver::articulated && a.swept_steps == 0 &&
          (a.joints.empty() || can_limit(world, a)) && (!has_rows(a) || can_tie(world, a));
 }
 
@@ -146,11 +141,9 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
   Real left = kParts;
   bool yields = false, inner = true;
   begin_joints(world, a);
+  const bool closes_gaps = begin_closing(world, a, h);
   const bool is_tied = has_rows(a) || !a.joints.empty();
-  const int most_attempts = any_limit(a) ? kLimitedAttempts : kMostAttempts;
   const bool hangs = !a.cables.empty() && a.pins.empty() && a.joints.empty();
-  if (has_rows(a))
-    for (std::size_t c = 0; c < a.count(); ++c) a.scratch.lambdas[c] = a.memory.vec(kLambda, c);
   const auto forget_rows = [&] {
     std::fill(a.scratch.cable_rows.begin(), a.scratch.cable_rows.end(), CableRow::open);
   };
@@ -166,7 +159,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
     if (is_tied) begin_ties(world, a, now);
     if (!a.joints.empty())
       begin_limits(world, a, now,
-                   2 * attempt < most_attempts ? Blows::followed : Blows::within_part);
+                   2 * attempt < kMostAttempts ? Blows::followed : Blows::within_part);
     const ConservingInput in{h * part / kParts,
                              {world.gravity.x, world.gravity.y, world.gravity.z},
                              a.scratch.targets.data(),
@@ -183,7 +176,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
                              nullptr,
                              nullptr,
                              most_due(a, part, attempt)};
-    TiedPart with{now, part, 4 * attempt < kMostAttempts, 2 * attempt < most_attempts};
+    TiedPart with{now, part, attempt < kEndingAttempts, 2 * attempt < kMostAttempts};
     const bool is_taken =
         is_tied ? conserve_tied(world, a, in, with) : kernels().conserve(view_of(world, a), in);
     bent = with.longest < kParts ? with.longest : is_taken ? 2 * bent : bent;
@@ -195,14 +188,16 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
       if (with.struck) usual = longest;
       part = std::min({usual, bent, left});
       forget_rows();
-    } else if (with.shorter > 0 && attempt < most_attempts) {
+    } else if (with.shorter > 0 && attempt < kMostAttempts) {
       part = with.shorter;
-    } else if (part > 1 && attempt < most_attempts) {
+    } else if (part > 1 && attempt < kMostAttempts) {
       part = usual = part / 2;
       // Loops that cannot be closed in shorter parts either give way in what is left.
       if (!yields && has_loops(a) && attempt >= kTiedAttempts) yields = true, part = usual = left;
+    } else if (!yields && has_rigid_pins(a)) {
+      yields = true, part = usual = left, attempt = kMostAttempts / 2;
     } else {
-      a.projected_steps = kProjectedSteps;
+      a.swept_steps = kSweptSteps;
       return finish_otherwise(world, a, {now.begin, 1, h}, lost);
     }
   }
@@ -211,12 +206,11 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
     t.knows_angular_momentum = t.knows_angular_momentum && inner;
     if (a.parents[t.first] == kFree && inner) keep_angular_momentum(world, a, t, h);
   }
-  a.in_contact = a.contact_active = a.limited = a.disturbed = false;
-  a.force_share = 1, a.reserve = 0;
-  a.sweeps_used = a.active_set_iterations_used = 0;
+  a.contact_active = a.limited = false;
+  a.sweeps_used = 0;
   a.knows_torques = true;
+  if (closes_gaps) end_closing(world, a, h);
   remember_step(world, a, h);
-  a.calm_steps = 0;  // the other rules have no history to go on
   return true;
 }
 

@@ -30,8 +30,6 @@ constexpr Real kBend = 0.3;
 constexpr Real kShortestBend = 4;
 /// In the shortest units of time: no part ends earlier.
 constexpr Real kSoonest = 1e-3;
-/// rad: the side on which a narrower cone is touched changes within a step.
-constexpr Real kNarrow = 0.01;
 /// Of the island's mass times its size squared: the multiplier of a limit that holds without load.
 constexpr Real kLeast = 1e-30;
 
@@ -102,9 +100,6 @@ bool can_limit(const World& world, const Island& a) {
   for (std::size_t c = 0; c < a.joints.size(); ++c) {
     const PackedJoint& j = a.joints[c];
     if (!has_limits(a, c)) continue;
-    const SwingLimit& swing = j.joint.limits->swing;
-    if (swing.on && turns_of(j.joint.kind) == Turns::freely && std::min(swing.y, swing.z) < kNarrow)
-      return false;
     const std::uint32_t held = held_body_of(a, c);
     const Quat parent =
         a.parents[c] >= 0

@@ -48,8 +48,9 @@ void look_at(const TiedStep& s, ConservingTie& t) {
     arms.mean = 0.5 * (arms.start + arms.end);
     return work.vec(kJointWay, c) + (arms.end - arms.start);
   };
-  const Vec3 of_a = t.a != kNobody ? moved(t.a, t.anchor_a, {t.start_a, t.mean_a, t.end_a}) : t.way;
-  t.now = t.before + (moved(t.b, t.anchor_b, {t.start_b, t.mean_b, t.end_b}) - of_a);
+  const Vec3 of_a =
+      t.a != kNobody ? moved(t.a, t.anchor_a, {t.start_a, t.mean_a, t.end_a}) : Vec3(0);
+  t.now = t.before + (moved(t.b, t.anchor_b, {t.start_b, t.mean_b, t.end_b}) - of_a - t.way);
 }
 
 /// Impulse and derivative of a spring with a damper.

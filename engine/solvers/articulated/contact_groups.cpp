@@ -21,26 +21,8 @@ constexpr Real kDead = 1e-3, kPatience = 8;
 /// Of a group.
 constexpr std::uint8_t kOtherMethod = 1, kAwake = 2;
 
-/// Of the size of an island: pins that are farther from their places may be out of reach, and are
-/// for the method that solves all at once. So are more rigid ties than their equations are made
-/// for.
-constexpr Real kReach = 0.1;
-
-bool has_near_pins(const World& world, const Island& a) {
-  std::size_t rigid = 0;
-  for (const PackedPin& pin : a.pins) {
-    if (pin.compliance > 0) continue;
-    if (++rigid > kMostTies || !pin.reachable) return false;
-    if (pin.partner != UINT32_MAX) continue;
-    const Vec3 at = to_world(world.bodies.values()[a.slots[pin.column]].pose, pin.anchor);
-    if (!(glm::length(pin.target_before - at) <= kReach * a.size)) return false;
-  }
-  return true;
-}
-
-bool can_join(const World& world, const Island& a) {
-  return !a.unfit && a.finite && a.settings.solver == Solver::articulated &&
-         has_near_pins(world, a);
+bool can_join(const Island& a) {
+  return !a.unfit && a.finite && a.settings.solver == Solver::articulated;
 }
 
 }  // namespace
@@ -63,7 +45,7 @@ void plan_contact_groups(World& world, Real h) {
     a.in_group = false;
     const std::uint32_t group = r.sets.root(i);
     r.group_of[i] = group;
-    if (!can_join(world, a)) r.flags[group] |= kOtherMethod;
+    if (!can_join(a)) r.flags[group] |= kOtherMethod;
     if (!a.asleep) r.flags[group] |= kAwake;
   }
   for (std::uint32_t i = 0; i < all.list.size(); ++i) {
@@ -71,11 +53,11 @@ void plan_contact_groups(World& world, Real h) {
     const std::uint32_t group = r.group_of[i];
     const bool joins = (r.flags[group] & kOtherMethod) == 0;
     // Who touches somebody awake is awake.
-    if (a.asleep && ((r.flags[group] & kAwake) != 0 || (a.mutual && !joins))) wake(world, a, h);
+    if (a.asleep && ((r.flags[group] & kAwake) != 0 || !joins)) wake(world, a, h);
     for (const ContactRow& row : a.scratch.contact_rows)
       if (!joins) contacts[row.contact].rest = 0;
     if (!joins || a.scratch.contact_rows.empty()) continue;
-    a.in_group = true, a.mutual = false;
+    a.in_group = true;
   }
 }
 
@@ -137,16 +119,15 @@ void write_group(World& world, const Group& g, Real h) {
     if (column == 0) {
       a.stops_hit = a.drives_capped = 0;
       a.jammed = a.jammed || f.jammed;
-      a.limited = a.disturbed = false, a.in_contact = true, a.contact_active = false;
+      a.limited = a.contact_active = false;
       a.knows_torques = true;
-      a.force_share = 1, a.reserve = 0, a.sweeps_used = a.active_set_iterations_used = 0;
+      a.sweeps_used = 0;
       for (Tree& t : a.trees) t.knows_angular_momentum = false;
     }
     if (!a.lost) write_body(world, a, column, f);
     if (f.node != kNoNode) write_joint(world, a, g.nodes[f.node], h);
     if (column + 1 < a.count() || a.lost) continue;
     remember_step(world, a, h);
-    a.calm_steps = 0;  // the other rules have no history to go on
   }
 }
 
@@ -162,7 +143,7 @@ void write_contact(World& world, const Group& g, const GroupContact& f, Real h) 
   }
   c.lambda = h * h * to_world(f, f.impulse);
   c.force = to_world(f, f.passed) / h;
-  c.active = f.passed.x > 0, c.impact = 0, c.sliding = 1, c.rest = f.rest;
+  c.active = f.passed.x > 0, c.rest = f.rest;
   c.depth = std::max(Real(0), -f.gap);
 }
 

@@ -19,6 +19,35 @@
 namespace pantin::detail::articulated {
 namespace {
 
+/// The inverse of a symmetric positive definite matrix, pivots floored.
+Mat3 inverse_of(const Mat3& m) {
+  const Real floor = 4 * 2.220446049250313e-16 * (m[0][0] + m[1][1] + m[2][2]);
+  const Real i0 = 1 / std::max(m[0][0], floor), l10 = m[0][1] * i0, l20 = m[0][2] * i0;
+  const Real i1 = 1 / std::max(m[1][1] - l10 * m[0][1], floor), s = m[1][2] - l20 * m[0][1];
+  const Real l21 = s * i1;
+  const Real i2 = 1 / std::max(m[2][2] - l20 * m[0][2] - l21 * s, floor);
+  const Real u20 = l10 * l21 - l20;
+  const Real xx = i0 + l10 * l10 * i1 + u20 * u20 * i2, xy = -l10 * i1 - l21 * u20 * i2;
+  const Real xz = u20 * i2, yy = i1 + l21 * l21 * i2, yz = -l21 * i2;
+  return Mat3(xx, xy, xz, xy, yy, yz, xz, yz, i2);
+}
+
+}  // namespace
+
+Mat3 compliance_of(const Mat3& stiffness, const Vec3 (&free)[3], std::size_t count) {
+  if (count == 3) return inverse_of(stiffness);
+  if (count == 1)
+    return glm::outerProduct(free[0], free[0]) / glm::dot(free[0], stiffness * free[0]);
+  if (count == 0) return Mat3(0);
+  const Vec3 k0 = stiffness * free[0], k1 = stiffness * free[1];
+  const Real a = glm::dot(free[0], k0), b = glm::dot(free[1], k0), d = glm::dot(free[1], k1);
+  const Real l = b / a, e = std::max(d - l * b, 1e-15 * d);
+  const Vec3 v = free[1] - l * free[0];
+  return glm::outerProduct(free[0], free[0]) / a + glm::outerProduct(v, v) / e;
+}
+
+namespace {
+
 /// A motion at the joint of a child; a wrench at that of the parent.
 Wrench at_child(const GroupNode& n, const GroupBody& parent) {
   return {parent.velocity + glm::cross(parent.spin, n.lever), parent.spin};

@@ -19,24 +19,12 @@ void assert_gathered(const Group& g);
 /// same bodies. Islands that are built as they were go on as they were.
 void carry_over(World& world, std::vector<Island>& before, std::vector<Island>& made);
 
-inline Tension tension_of(const Island& a) {
-  return a.settings.tension_stiffness ? Tension::stiffens : Tension::ignored;
-}
-
 /// Poses of the packed bodies: rows of the work table.
 struct PoseRows {
   Work position, rotation;
 };
 inline constexpr PoseRows kPredictedPoses{kPosition, kRotation};
 inline constexpr PoseRows kFinalPoses{kFinalPosition, kFinalRotation};
-
-/// A pass of the general solve: the one of the step, from the predicted poses, or a correction,
-/// which starts from closed poses and closes only what is open there.
-struct Pass {
-  PoseRows from;
-  bool corrects;
-};
-inline constexpr Pass kStepPass{kPredictedPoses, false}, kCorrection{kFinalPoses, true};
 
 /// A point of a packed body at the given poses, and one of a body of the World.
 Vec3 point_at(const Island& a, std::size_t column, Vec3 anchor, PoseRows at);
@@ -51,9 +39,6 @@ void predict_motion(World& world, Island& a, Real h);
 bool must_wake(const World& world, const Island& a);
 /// The prediction of an island that does not move, for contact detection.
 void predict_still(const World& world, Island& a);
-/// Falls asleep after resting on fixed bodies long enough. Islands in contact with other dynamic
-/// islands, or with joint drives or cables, stay awake.
-void update_sleep(World& world, Island& a, Real h);
 void fall_asleep(World& world, Island& a);
 /// Whether an island has stayed where it is for a second, or creeps, though an arm of it may sway;
 /// once a step.
@@ -71,31 +56,23 @@ void gather_groups(const World& world, GroupScratch& r, Real h);
 void step_group(const Group& g, Real h);
 Mat3 inverse_inertia(const GroupBody& b, Quat rotation);
 
-/// Allocates memory of the general solve when a step first needs it (scratch.cpp).
-void reserve_general_solve(Island& a);
+/// Whether pins, cables or loops act on the island.
+inline bool has_rows(const Island& a) { return !a.pins.empty() || !a.cables.empty(); }
 
-/// The active set (active_set.cpp).
-bool has_rows(const Island& a);
-bool has_active_contacts(const World& world, const Island& a);
-/// Whether the island has only free ball joints in this step.
-bool is_plain(const Island& a);
-/// Inward half of the general solve at the predicted poses, with lambdas of cables, pins and loops.
-void eliminate_once(World& world, Island& a, Real h);
-/// Outward half: final poses and update of the active set. True if unchanged.
-bool apply_once(World& world, Island& a, Real h);
-/// Active-set iterations from the predicted poses. False without convergence.
-enum class StepLength : std::uint8_t { whole, substep };
-bool find_active_set(World& world, Island& a, Real h, StepLength length);
-
-/// Closes the joints of the step by the method of the island, and updates the velocities
-/// (close.cpp).
-EndSums close_joints(World& world, Island& a, Real h);
+/// Closes the joints of the step by the rule of the island, and updates the velocities
+/// (close.cpp). False if a position is out of bounds.
+bool close_joints(World& world, Island& a, Real h);
 
 /// Whether any tree has no anchor.
 bool has_free_tree(const Island& a);
 
-/// The energy-momentum method (conserving.cpp). Whether the island can be stepped by it: it has
-/// no active limits, no contacts and no taut inextensible cables in this step.
+/// A step by the rules of the paper (step.cpp): joints are closed by sweeps, several held points by
+/// relaxation. `auto` takes it where its own methods find no step, and limits the energy. False if
+/// a body is lost, which `lost` then names.
+bool close_by_sweeps(World& world, Island& a, Real h, Entity& lost);
+
+/// The energy-momentum method (conserving.cpp). Whether the island can be stepped by it: pins and
+/// loops are nearly closed, and no limit is far exceeded.
 bool conserves(const World& world, const Island& a);
 /// The whole step. False if a body is lost, which `lost` then names.
 bool step_conserving(World& world, Island& a, Real h, Entity& lost);
@@ -114,11 +91,15 @@ inline constexpr Real kNearTie = 0.1;
 /// A rigid tie gives way by this part of the motion that its impulse makes in the step.
 inline constexpr Real kTieSoftness = 1e-7;
 std::size_t tie_count(const Island& a);
+/// At the start of a step: the gaps of rigid pins and loops, which the step closes evenly as if
+/// their places moved. Whether there are any.
+bool begin_closing(const World& world, Island& a, Real h);
 /// The ties for a part of the step; their multipliers after it.
 void begin_ties(const World& world, Island& a, const StepPart& part);
 void store_ties(Island& a, const StepPart& part);
-/// Whether joints of the island close loops.
+/// Whether joints of the island close loops; whether these, or pins, are rigid.
 bool has_loops(const Island& a);
+bool has_rigid_pins(const Island& a);
 /// Whether no tie leads to a moving place; whether the energy of all of them is known: none is
 /// open; whether each leads from a tree to itself.
 bool ties_hold_still(const Island& a);
@@ -179,46 +160,13 @@ bool solve_tie_equations(StepScratch& r, std::size_t n);
 /// The end of a step by any method (step.cpp): what the next step starts from.
 void remember_step(World& world, Island& a, Real h);
 
-/// The general articulated solve (tree.cpp). Blocks of the bodies alone; needs prepare().
-void fill_base(Island& a, Tension tension);
-/// Saves the joint gaps before the outward pass overwrites their row.
-void keep_gaps(Island& a);
 /// The matrix of the cross product v x.
 inline Mat3 cross_matrix(Vec3 v) { return Mat3(0, v.z, -v.y, -v.z, 0, v.x, v.y, -v.x, 0); }
-/// G = S (S^T K S)^-1 S^T for the first `count` directions S.
+/// G = S (S^T K S)^-1 S^T for the first `count` directions S (group_trees.cpp).
 Mat3 compliance_of(const Mat3& stiffness, const Vec3 (&free)[3], std::size_t count);
-/// Inward pass, leaf to root: scratch.joint_blocks (overwritten) to scratch.joint_nodes.
-void inward_pass(Island& a);
-/// Outward pass, root to leaf: closes the joints; rotations and joint points are left for
-/// apply_poses(). For a correction that is all. The pass of the step also stores the multipliers
-/// and updates limits and drives. True if the active set is unchanged.
-bool outward_pass(World& world, Island& a, Real h, const Pass& pass);
-/// Propagates forces towards the roots: `force` becomes the lambda at each joint, `torque` the
-/// rotation of each body while joint and parent stay in place.
-void propagate_inward(const Island& a, std::vector<Vec3x4>& force, std::vector<Vec3x4>& torque);
-/// Propagates displacements towards the leaves: `force` becomes the translation of each joint
-/// point, `torque` the rotation of each body.
-void propagate_outward(const Island& a, std::vector<Vec3x4>& force, std::vector<Vec3x4>& torque);
 /// Slot of the kinematic body that a root joint is attached to, or UINT32_MAX.
 std::uint32_t held_body_of(const Island& a, std::size_t c);
 
-/// Joints that constrain rotations (joint_terms.cpp): scratch.terms at the poses of the pass. A
-/// correction leaves springs out, and limits keep their state.
-void set_terms(const World& world, Island& a, Real h, const Pass& pass);
-/// Turns limits into stiff rows, for islands with active contacts. After fill_base.
-void regularise_limits(Island& a);
-/// A joint after an outward pass: the rotations of its bodies, unclamped, and the linear response
-/// of the own body and of its joint point (m), world axes.
-struct JointResponse {
-  Quat own, parent;
-  Vec3 rotation, translation;
-};
-/// Updates the limits of a joint after an outward pass. True if the active set is unchanged.
-bool update_limits(Island& a, std::size_t c, const JointResponse& moved);
-/// Updates the torque fraction of a drive that reached its torque limit.
-bool update_drive(World& world, Island& a, Real h, std::size_t c);
-/// Work of the drive and the soft zones of a joint over the step, J.
-Real work_of_springs(const Island& a, std::size_t c, Real h);
 /// The free directions, and the limits that are near enough to have a direction, of a joint at the
 /// given rotations of its bodies.
 FreeAxes free_axes(const PackedJoint& joint, Quat own, Quat parent);
@@ -233,63 +181,16 @@ Quat joint_rotation(const PackedJoint& joint, Quat own, Quat parent);
 Quat own_rotation(const PackedJoint& joint, Quat parent, Quat rotation);
 Quat parent_rotation(const World& world, const Island& a, std::size_t c, Work rotation_row);
 
-/// Contacts (contacts.cpp): rows in the blocks of their bodies. Sets the targets from the predicted
-/// poses.
-void prepare_contacts(World& world, Island& a, Real h);
-/// Adds the active rows to the blocks.
-void add_contact_rows(const World& world, Island& a, std::vector<JointBlock>& blocks);
-/// Updates contacts with fixed and kinematic bodies after an outward pass. True if the active set
-/// is unchanged.
-bool update_contacts(World& world, Island& a);
-/// The contact point after a pass to first order, and the update of its deviation from the linear
-/// response.
-Vec3 moved_to(const Island& a, const ContactRow& t);
-void update_nonlinearity(const Island& a, ContactRow& t, Vec3 anchor);
-
-/// Projected Gauss-Seidel (contact_iteration.cpp): response of the island to its contacts and
-/// limits (Delassus operator). After inward_pass; needs the free response in scratch.translation
-/// and scratch.rotation.
-void find_contact_response(const World& world, Island& a);
-/// An iteration ends after `rounds` sweeps, or once a sweep moves nothing farther than `enough`, as
-/// a fraction of the size.
-struct IterationBounds {
-  int rounds = 0;
-  Real enough = 0;
-};
-/// Solves for all contacts and limits of these islands together.
-void iterate_contacts(World& world, std::span<Island* const> all, Real h,
-                      const IterationBounds& until);
-/// Adds the lambdas found to the result of the inward pass.
-void add_iterated_lambdas(World& world, Island& a);
-/// Updates contacts after a pass with iterated lambdas. True if converged.
-bool update_iterated(World& world, Island& a);
-/// The free response to forces and joint gaps, into scratch.translation and scratch.rotation.
-void free_response(Island& a, Work position_row);
-/// Adds scratch.forces_in and torques_in, side 0, to the eliminated nodes.
-void add_bias_lambdas(Island& a);
-
 /// Contacts of a sleeping island keep their forces.
 void keep_sleeping_contacts(World& world, Island& a, Real h);
-/// Removes the remaining penetration of free trees by translating them.
+/// Removes the penetration of free trees by translating them (contacts.cpp).
 void push_out_trees(World& world, Island& a);
-/// Stores restitution, forces and depths of contacts; returns the work of the contacts, J.
-Real finish_contacts(World& world, Island& a, Real h);
-
-/// Rows: cables, pins and loops on top of the articulated solve (rows.cpp).
-void add_cable_stiffness(const World& world, Island& a, std::vector<JointBlock>& blocks);
-/// Solves for the lambdas of all rows and adds them to the result of the inward pass. Between
-/// inward_pass and outward_pass.
-void solve_rows(World& world, Island& a, Real h, const Pass& pass);
-/// Largest elongation of a cable at the final poses, m; and largest gap of pins and loops.
-Real worst_stretch(const World& world, const Island& a);
-Real worst_pin_gap(const Island& a);
-/// Target of a pin constraint at the given poses.
-Vec3 target_of(const Island& a, const PackedPin& constraint, PoseRows at);
-
-/// Relaxation (relax.cpp): sweeps from each pin in turn, then from the roots, on the final poses.
-/// Taut cables may count as pins too.
-enum class Relaxed : std::uint8_t { pins, pins_and_cables };
-void relax(World& world, Island& a, Relaxed what);
+/// Whether the joints between a pin and the root can span the distance to the root's target
+/// (relax.cpp).
+bool is_in_reach(const Island& a, const PackedPin& pin);
+/// Relaxation (relax.cpp): sweeps from each pin and each taut cable in turn, then from the roots,
+/// on the final poses.
+void relax(World& world, Island& a);
 
 /// The closing sweep alone: closes every joint within its limits, from the roots outwards.
 void sweep_closed(const World& world, Island& a);
@@ -331,39 +232,18 @@ inline Vec3 response_rotation(const Island& a, std::size_t c, Vec3 translation) 
 /// The literal rule, root to leaf, into the final poses.
 void literal_sweep(Island& a, Real h);
 
-/// After a step that was predicted by the second-order rule, or from rest, and then ended by the
-/// first-order one because of an impact (reactions.cpp): what a multiplier means as a force follows
-/// from the momentum that the island gained. Sets Island::force_share and the contacts' forces.
-void scale_to_momentum(World& world, Island& a, const EndSums& end, Real h);
-
-/// Energy limiter (limiter.cpp): scales the velocities down where the energy grew by more than the
-/// work done on the island. Numerical losses may return for a while (the reserve), since a stable
-/// integrator exchanges energy within a swing.
-void limit_energy(World& world, Island& a, const EndSums& end, Real h);
-
-/// Elastic energy (elastic.cpp) of the cables and spring pins of an island, J: at the poses of its
-/// bodies; at those with the anchors where they were a step before; at its final poses.
-Real elastic_energy(const World& world, const Island& a);
-Real elastic_energy_before(const World& world, const Island& a, Real h);
-Real elastic_energy_of_final(const World& world, const Island& a);
 /// A point of a body that this solver does not move, a step before.
 Vec3 point_before(const World& world, std::uint32_t slot, Vec3 anchor, Real h);
-/// What a spring pin exchanged in the step that ends, J: the work of its anchor, and what its
-/// damper took.
-struct SpringExchange {
-  Real work, lost;
-};
-SpringExchange spring_exchange(const Island& a, const PackedPin& pin, Real h);
-
-/// Of solvers that do not conserve energy: the energy of an island before a step, and whether the
-/// step raised it severalfold above that and what kinematic bodies, forces and drives supplied
-/// (StepResult::grew).
+/// Of steps that do not conserve energy (watch.cpp): the energy of an island before a step; whether
+/// the step raised it severalfold above that and what kinematic bodies and forces supplied
+/// (StepResult::grew). A step of `auto` gives back what is too much.
 void begin_watch(const World& world, Island& a);
-void end_watch(const World& world, Island& a, Real h);
+void end_watch(World& world, Island& a, Real h);
+/// A step that closed gaps gets no energy by that.
+void end_closing(World& world, Island& a, Real h);
 
-/// Restores the momentum of free trees after the joints were closed (momentum.cpp). True if any
-/// tree was corrected.
-bool repair_momentum(World& world, Island& a, Real h);
+/// Restores the momentum of free trees after the joints were closed (momentum.cpp).
+void repair_momentum(World& world, Island& a, Real h);
 /// The same for a tree whose bodies moved by the energy-momentum method: what its iterations left
 /// of the angular momentum is taken from the velocities, as one rigid rotation.
 void keep_angular_momentum(World& world, const Island& a, Tree& tree, Real h);

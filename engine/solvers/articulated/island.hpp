@@ -73,128 +73,26 @@ class LaneTable {
   std::size_t rows_ = 0;
 };
 
-/// One unilateral or bilateral constraint row of the articulated solve: a direction at a point of
-/// one body and the opposite direction at a point of another body or of the world.
-struct Row {
-  std::uint32_t column_a = UINT32_MAX, column_b = UINT32_MAX;
-  Vec3 arm_a{0}, arm_b{0};  // from the joint points of these bodies, world axes
-  Vec3 direction{0};        // of the force on b
-  Real bound = 0;           // required value (one-sided: lower bound) of direction . (u_b - u_a)
-  Real softness = 0;        // compliance over step^2, 1/kg
-  Real bias = 0;            // bound minus the free response: right-hand side of the row
-  bool one_sided = false;
-  bool rigid = false;                // no body can move along it, or it depends on other rows
-  std::uint32_t cable = UINT32_MAX;  // its cable, in Island::cables
-  Real lambda = 0;                   // multiplier, kg m
-};
-
-/// Result of eliminating one body, for any joint. The letters are those of tree.cpp.
-struct JointNode {
-  Mat3 compliance{0};   // G: relative rotation per torque
-  Mat3 propagation{0};  // P: rotation per rotation of the parent
-  Mat3 rotation_per_translation{
-      0};                    // Y: minus the rotation per displacement of the own joint point
-  Mat3 articulated_mass{0};  // M: articulated mass of the outboard subtree at the joint, kg
-  Mat3 coupling{0};          // F: transposed force at the joint per rotation of the parent
-  Vec3 bias_rotation{0};     // rotation when joint point and parent stay in place
-  Vec3 lambda{0};            // at the joint, kg m
-  Vec3 torque{0};            // transmitted to the parent, kg m^2
-  bool free_ball = true;     // a free ball joint: no torque is transmitted
-};
-
-/// The block of a body before its relative rotation is eliminated: the energy t.tt.t / 2 + t.ty.y +
-/// y.yy.y / 2 - gt.t - gy.y as a function of its rotation t and the translation y of its joint
-/// point.
-struct JointBlock {
-  Mat3 tt{0}, ty{0}, yy{0};
-  Vec3 gt{0}, gy{0};
-};
-
-/// A joint limit in one direction: along . r <= clearance for the relative rotation r. While it is
-/// active that direction is locked and lambda is its multiplier. With a weight it is a stiff
-/// augmented-Lagrangian row instead.
-struct LimitRow {
-  Vec3 along{0};
-  Real clearance = 0;     // rad
-  Real nonlinearity = 0;  // rad: deviation from the linear response, from the last iteration
-  Real lambda = 0;        // kg m^2, against `along`
-  Real weight = 0;        // kg m^2/rad
-  Real soft = 0;          // rad within the soft zone
-  bool on = false, both_ways = false;
-  bool is_lock() const { return on && weight == 0; }
-  // lambda = along . (pull - by_rotation t - by_translation y - by_relative r).
-  Real pull = 0;
-  Vec3 by_rotation{0}, by_translation{0}, by_relative{0};
-};
-
-/// A joint that constrains rotations, during one step. Relative rotations are those of the own body
-/// with respect to the parent, world axes.
-struct JointTerms {
-  Vec3 align{0};          // c: rotates the predicted pose to one that the kind allows
-  Mat3 spring{0};         // K of soft zones, kg m^2/rad
-  Vec3 torque{0};         // of the soft zones at zero relative rotation, kg m^2
-  Real drive_spring = 0;  // of the drive, before its torque limit
-  Vec3 drive_torque{0};
-  FreeAxes free;
-  LimitRow limits[4];       // angle low and high, second angle or swing low and high
-  Quat parent{1, 0, 0, 0};  // predicted rotation of the parent
-  Vec3 way{0};              // predicted relative rotation since the start of the step
-  Vec3 rotated{0};          // relative rotation of the last iteration
-};
-
-/// A contact row: one contact as seen by one of its two bodies.
+/// A contact of this step as one of its two bodies sees it.
 struct ContactRow {
   std::uint32_t contact = 0;
   std::uint32_t column = 0;
-  Real side = 1;         // 1: body a, -1: body b
-  Vec3 arm{0};           // from the joint point to the contact point, predicted
-  Vec3 predicted{0};     // the point there, world
-  Vec3 goal{0};          // target of the contact point
-  Vec3 nonlinearity{0};  // deviation from the linear response, from the last iteration
-  Real weight = 0;       // kg, along the normal
-  Real tangential = 0;   // kg, across it
-  bool listed = false;   // it took part in the last iteration
-};
-
-/// A contact or a limit whose lambda is found by projected Gauss-Seidel: three numbers, or one.
-struct IterationRow {
-  bool is_limit = false;
-  std::uint32_t column = 0;
-  std::uint32_t contact_row = 0;  // of a contact, in StepScratch::contact_rows
-  std::uint32_t limit = 0;        // of a joint
-  std::uint32_t number = 0;       // the first
-  std::uint32_t other = UINT32_MAX,
-                other_row = 0;  // island and row of body b of a contact between dynamic bodies
-  Vec3 bias{0};                 // required displacement minus the free response; of a limit: x
-  Real stiffness = 0, side_stiffness = 0;  // along the normal, across it
+  int side = 1;  // 1: body a, -1: body b
 };
 
 /// Scratch memory of one step of one island.
 struct StepScratch {
-  LaneTable work;           // see Work
-  std::vector<Real> nodes;  // kNodeSize a body, see Node
-  LaneTable forces;         // 6 rows: acceleration, torque; only where forces are used
-  std::vector<Row> rows;
-  std::vector<Real> blocks;                    // kBlockSize a body, for trees
-  std::vector<Real> targets;                   // 3 a tree
-  std::vector<Real> ways, anchor_velocities;   // likewise, for the energy-momentum method
-  std::vector<Real> response, factor, solved;  // rows x rows, and a row each
-  std::vector<Vec3> translation, rotation;     // per body: response to lambda
-  std::vector<Vec3> levers;                    // per body: from the parent's joint point to its own
-  std::vector<Vec3> gaps;                      // per body: kGap, kept for further iterations
-  std::vector<Vec3> lambdas;                   // a body each
-  std::vector<JointNode> joint_nodes;  // per body, where joints constrain rotations or rows exist
-  std::vector<JointBlock> base, joint_blocks;  // likewise
-  std::vector<JointTerms> terms;               // per body, where joints constrain rotations
-  std::vector<ContactRow> contact_rows;        // of this step
-  std::vector<Vec3> step_targets;            // where substeps are taken: 2 a tree, before and after
-  std::vector<Vec3> mean_forces;             // likewise: of the contact rows, over the substeps, N
-  std::vector<IterationRow> iteration_rows;  // contacts and limits solved by iteration
-  std::vector<Real> contact_response,
-      contact_displacement;                   // matrix and vector over all iteration rows
-  std::vector<Quat> rotations;                // per body: after the outward pass
-  std::vector<Vec3x4> forces_in, torques_in;  // a body each
-  std::vector<Vec3> velocities;               // a body each: at the start, while energy is watched
+  LaneTable work;             // see Work
+  std::vector<Real> nodes;    // kNodeSize a body, see Node
+  LaneTable forces;           // 6 rows: acceleration, torque; only where forces are used
+  std::vector<Real> blocks;   // kBlockSize a body, for trees
+  std::vector<Real> targets;  // 3 a tree
+  std::vector<Real> ways, anchor_velocities;  // likewise, for the energy-momentum method
+  std::vector<Vec3> translation, rotation;    // shake2, per body: response to the gaps
+  std::vector<Vec3> turned;                   // shake2, per body: rotation vector of the step, rad
+  std::vector<Real> outboard;  // of trees that fly free, per body: mass of its subtree, kg
+  std::vector<ContactRow> contact_rows;  // of this step
+  std::vector<Vec3> velocities;          // a body each: at the start, while energy is watched
   std::vector<ConservingTie> ties;
   std::vector<ConservingSum> conserving_sums;    // a body each, where joints constrain rotations
   std::vector<ConservingNode> conserving_nodes;  // likewise
@@ -211,10 +109,10 @@ struct StepScratch {
   std::vector<std::uint32_t> tie_order;
   std::vector<CableRow> cable_rows;     // a cable each
   std::vector<Vec3> velocities_before;  // 2 a body, where cables strike
+  std::vector<Vec3> pin_gaps;           // a pin each: see begin_closing()
   std::vector<Vec3> pins_before;  // a pin each: its target at the start of what is left of the step
   std::vector<std::uint8_t> on_path;
   bool predicted = false;  // by the update stage; otherwise the prediction is made later
-  Real step_fraction = 1;  // fraction of the way to the pins taken by the last Newton iteration
 };
 
 /// One tree of the island: bodies [first, first + count), parents before children.
@@ -265,7 +163,7 @@ struct JointMemory {
   }
 };
 
-/// A pin constraint besides the root anchors: solved by rows and by relaxation.
+/// A pin constraint besides the root anchors.
 struct PackedPin {
   std::uint32_t column = 0;            // of the body in this island
   std::uint32_t partner = UINT32_MAX;  // column of the other body; none: anchored as below
@@ -313,8 +211,7 @@ struct PackedCable {
   std::uint32_t cable = 0;  // slot in World::cables
   std::uint32_t column_a = UINT32_MAX, column_b = UINT32_MAX;
   std::uint32_t slot_a = 0, slot_b = 0;
-  Real lambda = 0;        // of the last step, kg m
-  bool was_taut = false;  // at the start of the step
+  Real lambda = 0;  // of the last step, kg m
 
   static void fields(auto& self, auto&& field) {
     field("cable", derived(self.cable));
@@ -323,7 +220,6 @@ struct PackedCable {
     field("slot_a", derived(self.slot_a));
     field("slot_b", derived(self.slot_b));
     field("lambda", self.lambda);
-    field("was_taut", derived(self.was_taut));
   }
 };
 
@@ -363,21 +259,17 @@ struct IslandMemory {
   std::vector<PackedPin> pins;
   std::vector<PackedCable> cables;
   std::vector<JointMemory> joint_memory;  // by column, as `joints`
-  int calm_steps = 0;
-  int iterating = 0;  // steps that iterate from the start, since guessing the active set failed
-  int projected_steps = 0;  // still to be taken so, since the energy-momentum method failed
-  Real quiet_time = 0;      // s, with all speeds below the sleep speed
-  std::vector<Pose> rests;  // by column, of what is solid: where bodies were when last moved away
-  Real rest_time = 0;       // s, since then
-  bool rested = false;      // ... and the interval before that one was long enough to count as rest
-  bool asleep = false;      // asleep until something wakes it
-  Vec3 asleep_gravity{0};   // gravity when it fell asleep, m/s^2
-  bool fresh = true;        // no step was taken yet, or the state was reset
-  Real last_step = 0;       // s
-  Real reserve = 0;         // J, recent numerical losses, which the limiter allows to return
+  int swept_steps = 0;       // still to be taken so, since the energy-momentum method failed
+  Real quiet_time = 0;       // s, with all speeds below the sleep speed
+  std::vector<Pose> rests;   // by column, of what is solid: where bodies were when last moved away
+  Real rest_time = 0;        // s, since then
+  bool rested = false;       // before that they had not moved away for long
+  bool asleep = false;       // asleep until something wakes it
+  Vec3 asleep_gravity{0};    // gravity when it fell asleep, m/s^2
+  bool fresh = true;         // no step was taken yet, or the state was reset
+  Real last_step = 0;        // s
   bool has_targets = false;  // targets of roots and pins are known from the last step
-  bool driven = false;       // one of its anchors moved in the last step
-  // Of solvers that do not conserve energy: bound on the energy, and scale of the motion.
+  // Of steps that do not conserve energy: bound on the energy, and scale of the motion.
   bool watched = false;
   Real budget = 0, usual = 0;  // J
 
@@ -387,9 +279,7 @@ struct IslandMemory {
     field("pins", in_place(self.pins));
     field("cables", in_place(self.cables));
     field("joint_memory", in_place(self.joint_memory));
-    field("calm_steps", self.calm_steps);
-    field("iterating", self.iterating);
-    field("projected_steps", self.projected_steps);
+    field("swept_steps", self.swept_steps);
     field("quiet_time", self.quiet_time);
     field("rests", in_place(self.rests));
     field("rest_time", self.rest_time);
@@ -398,9 +288,7 @@ struct IslandMemory {
     field("asleep_gravity", self.asleep_gravity);
     field("fresh", self.fresh);
     field("last_step", self.last_step);
-    field("reserve", self.reserve);
     field("has_targets", self.has_targets);
-    field("driven", self.driven);
     field("watched", self.watched);
     field("budget", self.budget);
     field("usual", self.usual);
@@ -409,32 +297,19 @@ struct IslandMemory {
 
 /// Decisions taken during the step.
 struct StepPlan {
-  Real energy_before = 0, kinetic_before = 0, damped = 0;  // J
-  Vec3 momentum_before{0};                                 // kg m/s
-  Real force_share = 1;            // displacement made by a force, divided by h^2 force / mass
   bool forced = false;             // external forces act
-  bool second_order = false;       // BDF2 instead of backward Euler
   bool changed = false;            // the caller changed the motion
   bool finite = true;              // the prediction is finite
-  bool mutual = false;             // contacts with other dynamic islands: solved together with them
   bool in_group = false;           // steps with all that it touches: see step_group.cpp
-  bool iterates = false;           // limits and contacts are solved by iteration in this step
-  bool stiff_contacts = false;     // the last inward pass included stiff contact rows
-  int substeps_left = 0;           // substeps that follow the current one
   std::uint32_t was = UINT32_MAX;  // its number before the last build, if that left it as it was
 };
 
 /// Results of the step, for the report and for the next step.
 struct StepResult {
-  bool limited = false;     // the energy was
-  Real energy_removed = 0;  // J, by that, in all parts of the step
-  bool disturbed =
-      false;  // by a limit, a contact or a large rotation: lowers the order of integration
+  bool limited = false;         // the energy was
+  Real energy_removed = 0;      // J, by that, in all parts of the step
   bool contact_active = false;  // a contact is active
-  bool in_contact = false;      // a contact or a limit was active
-  bool converged = false;       // the last iteration changed nothing
-  int sweeps_used = 0, active_set_iterations_used = 0, stops_hit = 0, drives_capped = 0;
-  Real supplied_work = 0;      // J, by drives, soft zones and moving contacts
+  int sweeps_used = 0, stops_hit = 0, drives_capped = 0;
   bool knows_torques = false;  // JointMemory::torque is of this step
   Entity lost;                 // a body whose state went out of bounds
   bool grew = false;           // has severalfold more energy than it can have
@@ -457,15 +332,10 @@ struct Island : IslandStructure, IslandMemory, StepPlan, StepResult {
 /// All islands of the articulated solver.
 struct Islands : IslandList<Island> {
   static constexpr std::string_view name = "articulated";  // in saved Worlds
-  struct MutualScratch {
-    std::vector<Island*> list;
-  };
-  Scratch<MutualScratch> mutual;  // islands in contact with one another
   Scratch<GroupScratch> groups;
 
   static void fields(auto& self, auto&& field) {
     IslandList::fields(self, field);
-    field("mutual", derived(self.mutual));
     field("groups", derived(self.groups));
   }
 };

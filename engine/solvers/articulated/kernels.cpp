@@ -5,8 +5,8 @@
 #include "engine/solvers/articulated/kernels/conserving.hpp"
 #include "engine/solvers/articulated/kernels/geometry.hpp"
 #include "engine/solvers/articulated/kernels/inward.hpp"
-#include "engine/solvers/articulated/kernels/outward.hpp"
 #include "engine/solvers/articulated/kernels/predict.hpp"
+#include "engine/solvers/articulated/kernels/sweep.hpp"
 #include "engine/solvers/articulated/kernels/velocities.hpp"
 
 #ifndef PANTIN_KERNELS
@@ -25,14 +25,11 @@ const Kernels PANTIN_JOINED(kernels_, PANTIN_KERNELS) = {PANTIN_TEXT(PANTIN_KERN
                                                          predict,
                                                          levers,
                                                          prepare,
-                                                         inward_pass_chain,
                                                          fill_blocks,
-                                                         inward_pass_tree,
-                                                         outward_pass,
+                                                         inward_pass,
                                                          sweep,
                                                          apply_poses,
                                                          update_velocities,
-                                                         outward_pass_and_update,
                                                          sweep_and_update,
                                                          conserve,
                                                          scale};

@@ -33,12 +33,8 @@ struct IslandView {
 enum class Rule : std::uint8_t {
   verlet,    // damped Verlet, constant angular velocity
   midpoint,  // damped Verlet, angular momentum kept at mid-step
-  euler,     // backward Euler, angular momentum kept
-  bdf2       // second order, angular momentum kept
+  euler      // backward Euler, angular momentum kept
 };
-
-/// Whether loaded joints add their geometric stiffness.
-enum class Tension : std::uint8_t { ignored, stiffens };
 
 struct PredictInput {
   double h;
@@ -47,27 +43,9 @@ struct PredictInput {
   bool first;  // half the acceleration: first step from given velocities
 };
 
-/// Sums over the bodies, taken at the start of the step.
-struct StartSums {
-  double kinetic, potential, damped;  // J; damped: dissipation by drag in one step
-  double momentum[3];                 // kg m/s
-  bool finite;                        // every prediction is finite
-};
-
 struct VelocityInput {
   double h;
-  double gravity[3];
   Rule rule;
-  bool first;
-  double calm_angle;  // rad
-};
-
-struct EndSums {
-  double kinetic, potential, work;  // J; work of the given forces
-  double momentum[3];
-  double largest_rotation2;  // square of the largest rotation of the step, rad^2
-  bool sane;  // false: a position was not finite or out of bounds; its block was not written
-  bool changed_rule = false;  // ended by the first-order rule because of an impact
 };
 
 /// Positions beyond this distance from the origin count as diverged, m.
@@ -145,35 +123,28 @@ struct ConservingInput {
 
 struct Kernels {
   const char* name;
-  /// Predicts the free motion of every body: pose and angular velocity into the work table. [Lee
-  /// 2000, Eq. 1-2]
-  StartSums (*predict)(const IslandView&, const PredictInput&);
+  /// Predicts the free motion of every body: pose and angular velocity into the work table. False
+  /// if one is not finite. [Lee 2000, Eq. 1-2]
+  bool (*predict)(const IslandView&, const PredictInput&);
   /// Joint geometry at the poses of the given rows: arms on both sides of the joints, gaps,
   /// inertias.
   void (*levers)(const IslandView&, std::size_t position_row, std::size_t rotation_row);
   /// The same, and the turning blocks: kRotationalInertia becomes the inertia about the own joint.
-  /// The stiffness of loaded joints is added here and in kOutwardTension.
-  void (*prepare)(const IslandView&, std::size_t position_row, std::size_t rotation_row, Tension);
-  /// Inward pass along a chain, prepare() for the predicted poses included: writes the nodes.
-  void (*inward_pass_chain)(const IslandView&, Tension);
-  /// The same for any tree, in two parts: the blocks of the bodies, to which rows may add, then the
-  /// elimination.
+  void (*prepare)(const IslandView&, std::size_t position_row, std::size_t rotation_row);
+  /// Inward pass of shake2, in two parts: the blocks of the bodies, then their elimination.
   void (*fill_blocks)(const IslandView&, double* blocks);
-  void (*inward_pass_tree)(const IslandView&, Tension, double* blocks);
-  /// Outward pass: closes every joint exactly, rotations by Cayley's map; stores the multipliers.
-  void (*outward_pass)(const IslandView&, const double* targets, std::size_t position_row);
+  void (*inward_pass)(const IslandView&, double* blocks);
   /// Root to leaf by least displacement. [Lee 2000, sec. 3.2 corrected]
   void (*sweep)(const IslandView&, const double* targets, std::size_t position_row,
                 double stiffness);
   /// Applies rotations and joint points: final poses. `from` is the row of the initial rotations.
   void (*apply_poses)(const IslandView&, std::size_t from_rotation_row);
-  /// Velocities from the final poses; writes bodies and state.
-  EndSums (*update_velocities)(const IslandView&, const VelocityInput&);
-  /// Outward pass or sweep, apply_poses and update_velocities in one loop over the predicted poses.
-  EndSums (*outward_pass_and_update)(const IslandView&, const double* targets,
-                                     const VelocityInput&);
-  EndSums (*sweep_and_update)(const IslandView&, const double* targets, double stiffness,
-                              const VelocityInput&);
+  /// Velocities from the final poses; writes bodies and state. False if a position was not finite
+  /// or out of bounds; its block was not written then.
+  bool (*update_velocities)(const IslandView&, const VelocityInput&);
+  /// Sweep, apply_poses and update_velocities in one loop over the predicted poses.
+  bool (*sweep_and_update)(const IslandView&, const double* targets, double stiffness,
+                           const VelocityInput&);
   /// A whole step of free ball joints by the energy-momentum method, bodies written. False, and
   /// nothing written, where the iterations do not converge. [Betsch & Steinmann 2001]
   bool (*conserve)(const IslandView&, const ConservingInput&);

@@ -25,11 +25,11 @@ enum Constant : std::size_t {
 
 /// Rows of Island::memory, for the integrators.
 enum Memory : std::size_t {
-  kLastTranslation,                              // 3, displacement over the last step, m
-  kLastRotation = kLastTranslation + 3,          // 3, rotation vector of the last step, rad
-  kVelocityBefore = kLastRotation + 3,           // 3, velocity at the start of the last step, m/s
-  kAngularMomentumBefore = kVelocityBefore + 3,  // 3, I w at the start of the last step, world
-  kLambda = kAngularMomentumBefore + 3,          // 3, joint lambda of the last step, kg m, world
+  kLastTranslation,                      // 3, displacement over the last step, m
+  kLastRotation = kLastTranslation + 3,  // 3, rotation vector of the last step, rad
+  kMove = kLastRotation + 3,             // 3, unknown of the energy-momentum method
+  kTurnBy = kMove + 3,                   // 3, likewise
+  kLambda = kTurnBy + 3,                 // 3, joint lambda of the last step, kg m, world
   kMemoryRows = kLambda + 3
 };
 
@@ -65,18 +65,12 @@ static_assert(std::size_t{kConservingRows} <= std::size_t{kWorkRows});
 inline constexpr std::size_t kEndJoint =
     kImpulse;  // 3, position of the own joint, once all is solved
 
-/// The bodies' unknowns share rows of the memory table that belong to the other rules.
-inline constexpr std::size_t kMove = kVelocityBefore, kTurnBy = kAngularMomentumBefore,
-                             kTurned =
-                                 kLastTranslation;  // Cayley's vector of the rotation over the step
+/// Cayley's vector of the rotation over the step, until the bodies are written.
+inline constexpr std::size_t kTurned = kLastTranslation;
 
 /// From the own joint point to the parent's, 3 numbers; shares its rows with kAttach, which is
 /// written later.
 inline constexpr std::size_t kGap = kAttach;
-
-/// Tension stiffness that a loaded joint adds to its parent, 6 numbers; shares its rows with the
-/// final pose, which is written later.
-inline constexpr std::size_t kOutwardTension = kFinalPosition;
 
 /// Result of the elimination of each body, 24 consecutive numbers.
 enum Node : std::size_t {

@@ -77,9 +77,8 @@ void shift(World& world, Island& a, const Tree& tree) {
     a.memory.set(kLastTranslation, c, a.memory.vec(kLastTranslation, c) + off);
   }
   // Velocities follow from displacements: all change by the same amount.
-  const Real rate = (a.fresh ? 2 : a.second_order ? 1.5 : 1.0);
   for (std::size_t c = tree.first; c < tree.first + tree.count; ++c)
-    world.bodies.values()[a.slots[c]].velocity += rate / a.last_step * off;
+    world.bodies.values()[a.slots[c]].velocity += off / a.last_step;
 }
 
 /// Rotates the whole tree rigidly and corrects its angular velocity, so that its angular momentum
@@ -88,15 +87,14 @@ void set_angular_momentum(World& world, Island& a, const Tree& tree, Vec3 bias) 
   const Real h = a.last_step;
   PANTIN_ASSERT(h > 0);
   MassCentre centre = mass_centre(world, a, tree);
-  const Real torque_fraction = a.fresh ? 0.5 : a.second_order ? 2.0 / 3 : 1.0;
   const Vec3 residual = bias - angular_momentum_about(world, a, tree, centre);
   const Vec3 omega = solve_symmetric(whole_inertia(world, a, tree, centre.position), residual);
-  const Quat rotation = from_rotation_vector(torque_fraction * h * omega);
+  const Quat rotation = from_rotation_vector(h * omega);
   for (std::size_t c = tree.first; c < tree.first + tree.count; ++c) {
     Body& b = world.bodies.values()[a.slots[c]];
     const Vec3 moved = centre.position + rotation * (b.pose.position - centre.position);
     a.memory.set(kLastTranslation, c, a.memory.vec(kLastTranslation, c) + moved - b.pose.position);
-    a.memory.set(kLastRotation, c, a.memory.vec(kLastRotation, c) + torque_fraction * h * omega);
+    a.memory.set(kLastRotation, c, a.memory.vec(kLastRotation, c) + h * omega);
     b.pose = {moved, glm::normalize(rotation * b.pose.rotation)};
   }
   // A second correction at the rotated pose, exact up to rounding.
@@ -130,9 +128,8 @@ void keep_angular_momentum(World& world, const Island& a, Tree& tree, Real h) {
   tree.angular_momentum = *expected;
 }
 
-bool repair_momentum(World& world, Island& a, Real h) {
-  if (!a.cables.empty() || !a.pins.empty()) return false;
-  bool repaired = false;
+void repair_momentum(World& world, Island& a, Real h) {
+  if (has_rows(a)) return;
   for (Tree& t : a.trees) {
     if (a.parents[t.first] != kFree || t.count < 2) continue;
     a.last_step = h;
@@ -141,9 +138,7 @@ bool repair_momentum(World& world, Island& a, Real h) {
       set_angular_momentum(world, a, t, *expected);
       t.angular_momentum = *expected;
     }
-    repaired = true;
   }
-  return repaired;
 }
 
 }  // namespace pantin::detail::articulated

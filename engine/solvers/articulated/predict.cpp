@@ -51,10 +51,8 @@ void notice_changes(World& world, Island& a, Real h) {
   for (const Tree& t : a.trees)
     if (t.held_body != UINT32_MAX) jumped = jumped || world.bodies.values()[t.held_body].teleport;
   a.changed = changed || jumped;
-  if (a.changed) a.calm_steps = 0;
   const Real ratio = jumped ? 0 : (a.last_step > 0 && !a.fresh ? h / a.last_step : 1);
   if (ratio != 1) {
-    a.calm_steps = 0;
     for (std::size_t c = 0; c < a.count(); ++c)
       a.memory.set(kLambda, c, ratio * ratio * a.memory.vec(kLambda, c));
     for (PackedCable& cord : a.cables) cord.lambda *= ratio * ratio;
@@ -79,35 +77,18 @@ void collect_forces(const World& world, Island& a) {
   }
 }
 
-/// Displacement per step made by a constant force, divided by h^2 force / mass. The second-order
-/// rule applies drag to it, as to the weight.
-Real share_of_forces(const Island& a, Real h) {
-  if (a.fresh) return 0.5;
-  if (!a.second_order) return 1;
-  Real mass = 0, drag = 0;
-  for (std::size_t c = 0; c < a.count(); ++c)
-    mass += a.constants.at(kMass, c), drag += a.constants.at(kMass, c) * a.constants.at(kDrag, c);
-  return 4.0 / 9 / (1 + 2.0 / 3 * h * drag / mass);
-}
-
 }  // namespace
 
 Rule rule_of(const Island& a) {
   const Solver s = a.settings.solver;
   if (s == Solver::sweep || s == Solver::procedural) return Rule::verlet;
-  if (s == Solver::shake2) return Rule::midpoint;
-  return a.second_order ? Rule::bdf2 : Rule::euler;
+  return s == Solver::shake2 ? Rule::midpoint : Rule::euler;
 }
 
 void predict_motion(World& world, Island& a, Real h) {
-  const IslandView p = view_of(world, a);
-  const StartSums start = kernels().predict(
-      p, {h, {world.gravity.x, world.gravity.y, world.gravity.z}, rule_of(a), a.fresh});
-  a.energy_before = start.kinetic + start.potential + elastic_energy_before(world, a, h);
-  a.kinetic_before = start.kinetic;
-  a.damped = start.damped;
-  a.finite = start.finite;
-  a.momentum_before = Vec3(start.momentum[0], start.momentum[1], start.momentum[2]);
+  a.finite = kernels().predict(
+      view_of(world, a),
+      {h, {world.gravity.x, world.gravity.y, world.gravity.z}, rule_of(a), a.fresh});
 }
 
 namespace {
@@ -147,12 +128,9 @@ void update(World& world, Island& a, Real h) {
   set_targets(world, a, h);
   notice_changes(world, a, h);
   collect_forces(world, a);
-  a.second_order = a.settings.solver == Solver::articulated && !a.fresh && a.calm_steps >= 2;
-  a.force_share = share_of_forces(a, h);
   a.finite = true;
   // Without anything to touch, the energy-momentum method needs no prediction.
   if (!world.collisions.empty() || !conserves(world, a)) predict_motion(world, a, h);
-  if (a.finite && a.settings.solver != Solver::articulated) begin_watch(world, a);
 }
 
 }  // namespace pantin::detail::articulated

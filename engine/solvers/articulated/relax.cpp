@@ -110,23 +110,20 @@ void sweep_from_root(const World& world, Island& a, const Tree& tree) {
   for (std::size_t c = tree.first + 1; c < tree.first + tree.count; ++c) follow_parent(world, a, c);
 }
 
-Real residual(const Island& a, const PackedPin& h) {
-  return glm::length(target_of(a, h, kFinalPoses) - point_at(a, h.column, h.anchor, kFinalPoses));
+/// Where a pin is to be, world.
+Vec3 target_of(const Island& a, const PackedPin& h) {
+  return h.partner == UINT32_MAX ? h.target : point_at(a, h.partner, h.held_anchor, kFinalPoses);
 }
 
-/// Whether the chain of joints can span the distance to the root's target.
-bool is_in_reach(const Island& a, const PackedPin& h) {
-  const Tree& t = a.trees[h.tree];
-  if (h.partner != UINT32_MAX || a.parents[t.first] != kHeld) return true;
-  const Real span = glm::length(h.target - t.target), slack = 1e-9 * a.size;
-  return span <= h.reach + slack && span >= h.dead_reach - slack;
+Real residual(const Island& a, const PackedPin& h) {
+  return glm::length(target_of(a, h) - point_at(a, h.column, h.anchor, kFinalPoses));
 }
 
 /// Goal of a pin in a sweep: its target, or the nearest reachable point if the links cannot fold
 /// that far. Sweeps alone would converge to a wrong configuration.
 Vec3 goal_of(const Island& a, const PackedPin& h) {
   const Tree& t = a.trees[h.tree];
-  if (h.partner != UINT32_MAX) return target_of(a, h, kFinalPoses);
+  if (h.partner != UINT32_MAX) return target_of(a, h);
   const Vec3 way = h.target - t.target;
   const Real span = glm::length(way);
   if (a.parents[t.first] != kHeld || span >= h.dead_reach || !(span > 0)) return h.target;
@@ -143,17 +140,24 @@ const Tree& tree_of(const Island& a, std::size_t column) {
 /// The end of a cable that moves where both could.
 enum class MovingEnd : std::uint8_t { a, b };
 
-/// Moves the packed end of a taut cable to the nearest point within its length. True if it was
-/// taut.
-bool pull_cable(const World& world, Island& a, const PackedCable& cord, MovingEnd preferred) {
+struct CableEnds {
+  Vec3 a, b;
+};
+CableEnds ends_of(const World& world, const Island& a, const PackedCable& cord) {
+  const CableParameters& s = world.cables.values()[cord.cable].joint;
+  return {cord.column_a != UINT32_MAX ? point_at(a, cord.column_a, s.anchor_a, kFinalPoses)
+                                      : point_on(world, cord.slot_a, s.anchor_a),
+          cord.column_b != UINT32_MAX ? point_at(a, cord.column_b, s.anchor_b, kFinalPoses)
+                                      : point_on(world, cord.slot_b, s.anchor_b)};
+}
+
+/// Moves the packed end of a taut cable to the nearest point within its length.
+void pull_cable(const World& world, Island& a, const PackedCable& cord, MovingEnd preferred) {
   const CableParameters& s = world.cables.values()[cord.cable].joint;
   const bool has_a = cord.column_a != UINT32_MAX, has_b = cord.column_b != UINT32_MAX;
-  const Vec3 pa = has_a ? point_at(a, cord.column_a, s.anchor_a, kFinalPoses)
-                        : point_on(world, cord.slot_a, s.anchor_a);
-  const Vec3 pb = has_b ? point_at(a, cord.column_b, s.anchor_b, kFinalPoses)
-                        : point_on(world, cord.slot_b, s.anchor_b);
+  const auto [pa, pb] = ends_of(world, a, cord);
   const Real span = glm::length(pb - pa);
-  if (!(span > s.length * (1 + 1e-12))) return false;
+  if (s.compliance > 0 || !(span > s.length * (1 + 1e-12))) return;
   PANTIN_ASSERT(has_a || has_b);
   const bool move_b = has_b && (preferred == MovingEnd::b || !has_a);
   const Vec3 way = s.length / span * (pb - pa);
@@ -161,13 +165,11 @@ bool pull_cable(const World& world, Island& a, const PackedCable& cord, MovingEn
     sweep_from(world, a, tree_of(a, cord.column_b), {cord.column_b, s.anchor_b, pa + way});
   else
     sweep_from(world, a, tree_of(a, cord.column_a), {cord.column_a, s.anchor_a, pb - way});
-  return true;
 }
 
-/// One sweep over all pins, forwards or backwards, then the roots.
-void sweep_all(World& world, Island& a, int round, Relaxed what) {
-  const std::size_t holds = a.pins.size(),
-                    all = holds + (what == Relaxed::pins_and_cables ? a.cables.size() : 0);
+/// One sweep over all pins and cables, forwards or backwards, then the roots.
+void sweep_all(World& world, Island& a, int round) {
+  const std::size_t holds = a.pins.size(), all = holds + a.cables.size();
   const bool forwards = round % 2 == 0;
   for (std::size_t n = 0; n < all; ++n) {
     const std::size_t i = forwards ? n : all - 1 - n;
@@ -182,23 +184,35 @@ void sweep_all(World& world, Island& a, int round, Relaxed what) {
   for (const Tree& t : a.trees) sweep_from_root(world, a, t);
 }
 
-Real worst_residual(const World& world, const Island& a, Relaxed what) {
+/// How far the worst pin is from its place, or how much too long the worst cable is, m.
+Real worst_residual(const World& world, const Island& a) {
   Real worst = 0;
   for (const PackedPin& h : a.pins)
     if (h.compliance == 0) worst = std::max(worst, residual(a, h));
-  return what == Relaxed::pins_and_cables ? std::max(worst, worst_stretch(world, a)) : worst;
+  for (const PackedCable& cord : a.cables)
+    if (const CableParameters& s = world.cables.values()[cord.cable].joint; s.compliance == 0) {
+      const CableEnds e = ends_of(world, a, cord);
+      worst = std::max(worst, glm::length(e.b - e.a) - s.length);
+    }
+  return worst;
 }
 
 }  // namespace
 
-void relax(World& world, Island& a, Relaxed what) {
+bool is_in_reach(const Island& a, const PackedPin& h) {
+  const Tree& t = a.trees[h.tree];
+  if (h.partner != UINT32_MAX || a.parents[t.first] != kHeld) return true;
+  const Real span = glm::length(h.target - t.target), slack = 1e-9 * a.size;
+  return span <= h.reach + slack && span >= h.dead_reach - slack;
+}
+
+void relax(World& world, Island& a) {
   for (PackedPin& h : a.pins) h.reachable = is_in_reach(a, h);
-  Real worst = worst_residual(world, a, what);
+  Real worst = worst_residual(world, a);
   for (int round = 0; round < a.settings.sweeps && worst > a.settings.tolerance * a.size; ++round) {
-    sweep_all(world, a, round, what);
+    sweep_all(world, a, round);
     a.sweeps_used = round + 1;
-    a.disturbed = true;
-    const Real now = worst_residual(world, a, what);
+    const Real now = worst_residual(world, a);
     // Stops when the residual no longer decreases: the target is out of reach.
     const bool stalled = worst - now < a.settings.stall_drop * worst;
     worst = now;
@@ -218,20 +232,18 @@ void place_free_root(Island& a, const Tree& tree, Real h) {
   const Real mass = a.constants.at(kMass, root);
   const Mat3 inertia = world_inertia(q, a.constants.vec(kInertia, root));
   // Mass of the outboard subtree of each body.
-  PANTIN_ASSERT(a.parents[root] == kFree && tree.count > 1 &&
-                a.scratch.lambdas.size() == a.count());
-  std::vector<Vec3>& outboard = a.scratch.lambdas;
+  std::vector<Real>& outboard = a.scratch.outboard;
   for (std::size_t c = tree.first; c < tree.first + tree.count; ++c)
-    outboard[c] = Vec3(a.constants.at(kMass, c), 0, 0);
+    outboard[c] = a.constants.at(kMass, c);
   for (std::size_t c = tree.first + tree.count; c-- > tree.first + 1;)
-    outboard[static_cast<std::size_t>(a.parents[c])].x += outboard[c].x;
+    outboard[static_cast<std::size_t>(a.parents[c])] += outboard[c];
   Vec3 translation(0), rotation(0);
   Real weight = 0;
   for (std::size_t c = tree.first + 1; c < tree.first + tree.count; ++c) {
     if (a.parents[c] != static_cast<std::int32_t>(root)) continue;
     const Vec3 arm = q * a.constants.vec(kParentAnchor, c);
     const Vec3 own = point_at(a, c, a.constants.vec(kOwnAnchor, c), kPredictedPoses);
-    const Vec3 goal = meeting_point(mass, x + arm, outboard[c].x, own);
+    const Vec3 goal = meeting_point(mass, x + arm, outboard[c], own);
     const Vec3 gap = goal - (x + arm);
     CompulsiveMotion m =
         least_displacement(arm, gap, {mass, inertia}, a.settings.rotation_stiffness);
@@ -242,9 +254,9 @@ void place_free_root(Island& a, const Tree& tree, Real h) {
                            ? about * h * h / (2 * mass)
                            : about / mass);
     }
-    translation += outboard[c].x * m.translation,
-        rotation += outboard[c].x * rotation_vector(m.rotation);
-    weight += outboard[c].x;
+    translation += outboard[c] * m.translation,
+        rotation += outboard[c] * rotation_vector(m.rotation);
+    weight += outboard[c];
   }
   w.set(kPosition, root, x + translation / weight);
   w.set(kRotation, root, glm::normalize(from_rotation_vector(rotation / weight) * q));

@@ -22,48 +22,15 @@ void catch_up(World& world, const StepTask& task) {
     if (!all[i].scratch.predicted) update(world, all[i], task.h);
 }
 
-[[maybe_unused]] bool is_in_two_hands(const Island& a) { return a.mutual && a.in_group; }
-
-/// Islands in contact with one another are solved together, one iteration each in turn.
-void adjust_touching(World& world, const StepTask& task) {
-  std::vector<Island>& all = islands_of(world);
-  int passes = 0;
-  for (const Island& a : all)
-    if (a.mutual) passes = std::max(passes, a.settings.active_set_iterations);
-  if (passes == 0) return;
-  const Real h = task.h;
-  for (Island& a : all)
-    if (a.mutual) a.energy_removed = 0;
-  const auto each = [&](const auto& work) {
-    for_each_island(all.size(), task, [&](std::size_t i) {
-      if (all[i].mutual) work(all[i]);
-    });
-  };
-  PANTIN_ASSERT(std::none_of(all.begin(), all.end(), is_in_two_hands));
-  each([&](Island& a) { begin_step(world, a, h), begin_iterating(world, a); });
-  bool converged = false;
-  for (int n = 0; n < passes && !converged; ++n) {
-    each([&](Island& a) { begin_iteration(world, a, h); });
-    iterate_mutual(world, h);
-    // Each island keeps its own result: nothing is shared between threads.
-    each([&](Island& a) { a.converged = end_iteration(world, a, h); });
-    converged = true;
-    for (const Island& a : all) converged = converged && (!a.mutual || a.converged);
-  }
-  each([&](Island& a) { finish_step(world, a, h, a.lost); });
-}
-
 void forget_result(Island& a) { a.lost = Entity{}, a.energy_removed = 0, a.jammed = false; }
 
-void adjust_alone(World& world, const StepTask& task) {
+void adjust_all(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
   for_each_island(all.size(), task, [&](std::size_t i) {
     forget_result(all[i]);
-    const bool elsewhere = all[i].mutual || (all[i].in_group && !all[i].asleep);
-    if (!elsewhere) adjust(world, all[i], task.h, all[i].lost);
+    if (!all[i].in_group || all[i].asleep) adjust(world, all[i], task.h, all[i].lost);
   });
   step_contact_groups(world, task);
-  adjust_touching(world, task);
 }
 
 bool sleeps(const World& world, std::size_t island) { return islands_of(world)[island].asleep; }
@@ -156,8 +123,6 @@ void report(const World& world, StepReport& report) {
   for (const Island& a : islands_of(world)) {
     report.sweeps_used = std::max(report.sweeps_used, a.sweeps_used);
     report.asleep += a.asleep;
-    report.active_set_iterations_used =
-        std::max(report.active_set_iterations_used, a.active_set_iterations_used);
     report.stops_hit += a.stops_hit, report.drives_capped += a.drives_capped;
     report_holds(world, a, report);
   }
@@ -176,7 +141,7 @@ const SolverRow kRow{.name = "articulated",
                      .sleeps = sleeps,
                      .find_reaches = find_reaches,
                      .take_contacts = take_contacts,
-                     .adjust = adjust_alone,
+                     .adjust = adjust_all,
                      .note_failure = note_failure,
                      .report = report,
                      .measure = measure};

@@ -44,7 +44,7 @@ void close_shake(World& world, Island& a, const IslandView& p, Real h) {
   const Kernels& k = kernels();
   LaneTable& w = a.scratch.work;
   for (std::size_t c = 0; c < a.count(); ++c)
-    a.scratch.lambdas[c] = h * w.vec(kAngularVelocityStar, c);
+    a.scratch.turned[c] = h * w.vec(kAngularVelocityStar, c);
   for (int newton = 0; newton < 2; ++newton) {
     // Gaps at the present poses, arms and inertias at the start of the step.
     k.levers(p, kPosition, kRotation);
@@ -52,18 +52,18 @@ void close_shake(World& world, Island& a, const IslandView& p, Real h) {
       a.scratch.translation[c] = w.vec(kGap, c);
       w.set(kFinalRotation, c, world.bodies.values()[a.slots[c]].pose.rotation);
     }
-    k.prepare(p, kPosition, kFinalRotation, Tension::ignored);
+    k.prepare(p, kPosition, kFinalRotation);
     for (std::size_t c = 0; c < a.count(); ++c) w.set(kGap, c, a.scratch.translation[c]);
     k.fill_blocks(p, a.scratch.blocks.data());
-    k.inward_pass_tree(p, Tension::ignored, a.scratch.blocks.data());
+    k.inward_pass(p, a.scratch.blocks.data());
     linear_response(a);
     for (std::size_t c = 0; c < a.count(); ++c) {
       w.set(kPosition, c,
             w.vec(kPosition, c) + a.scratch.translation[c] -
                 glm::cross(a.scratch.rotation[c], w.vec(kArm, c)));
-      a.scratch.lambdas[c] += a.scratch.rotation[c];  // rotation vector of the whole step
+      a.scratch.turned[c] += a.scratch.rotation[c];  // rotation vector of the whole step
       const Quat start = world.bodies.values()[a.slots[c]].pose.rotation;
-      w.set(kRotation, c, glm::normalize(from_rotation_vector(a.scratch.lambdas[c]) * start));
+      w.set(kRotation, c, glm::normalize(from_rotation_vector(a.scratch.turned[c]) * start));
     }
   }
   k.levers(p, kPosition, kRotation);

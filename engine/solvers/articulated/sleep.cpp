@@ -87,21 +87,7 @@ void fall_asleep(World& world, Island& a) {
     Body& b = world.bodies.values()[a.slots[c]];
     b.velocity = b.angular_velocity = Vec3(0);
     a.memory.set(kLastTranslation, c, Vec3(0)), a.memory.set(kLastRotation, c, Vec3(0));
-    a.memory.set(kVelocityBefore, c, Vec3(0)), a.memory.set(kAngularMomentumBefore, c, Vec3(0));
   }
-}
-
-void update_sleep(World& world, Island& a, Real h) {
-  const Real slow = a.settings.sleep_speed;
-  if (a.in_group) return;  // with all that it touches
-  bool still = a.contact_active && !a.mutual && a.cables.empty();
-  for (std::size_t c = 0; still && c < a.count(); ++c) {
-    const Body& b = world.bodies.values()[a.slots[c]];
-    still = glm::length(b.velocity) < slow && glm::length(b.angular_velocity) < kTurning * slow;
-    still = still && (a.joints.empty() || !is_driven(world, a, c));
-  }
-  a.quiet_time = still ? a.quiet_time + h : 0;
-  if (a.quiet_time > kTimeToSleep) fall_asleep(world, a);
 }
 
 }  // namespace pantin::detail::articulated

@@ -17,6 +17,11 @@ bool has_loops(const Island& a) {
   });
 }
 
+bool has_rigid_pins(const Island& a) {
+  return std::any_of(a.pins.begin(), a.pins.end(),
+                     [](const PackedPin& pin) { return pin.compliance == 0; });
+}
+
 bool ties_hold_still(const Island& a) {
   return std::all_of(a.scratch.ties.begin(), a.scratch.ties.end(),
                      [](const ConservingTie& t) { return t.still; });
@@ -43,14 +48,8 @@ std::size_t tie_count(const Island& a) { return a.pins.size() + a.cables.size();
 
 bool can_tie(const World& world, const Island& a) {
   if (a.scratch.ties.capacity() < tie_count(a)) return false;
-  for (const PackedPin& pin : a.pins) {
-    if (pin.compliance > 0) continue;
-    if (pin.held_pin != kNobody) return false;
-    const Vec3 at = point_on(world, a.slots[pin.column], pin.anchor);
-    const Vec3 to = pin.partner == kNobody ? pin.target_before
-                                           : point_on(world, a.slots[pin.partner], pin.held_anchor);
-    if (!(glm::length(to - at) <= kNearTie * a.size)) return false;
-  }
+  for (const PackedPin& pin : a.pins)
+    if (pin.compliance == 0 && !is_in_reach(a, pin)) return false;
   for (const PackedCable& cable : a.cables) {
     const Cable& c = world.cables.values()[cable.cable];
     if (c.joint.compliance > 0) continue;
@@ -72,7 +71,7 @@ void reserve_ties(Island& a) {
   if (rows > 0) reserve_tie_rows(a);
   r.tie_matrix.assign(rows * rows, 0), r.tie_solution.assign(rows, 0);
   r.tie_order.assign(rows, 0), r.tie_largest.assign(rows, 0);
-  r.pins_before.assign(a.pins.size(), Vec3(0));
+  r.pins_before.assign(a.pins.size(), Vec3(0)), r.pin_gaps = r.pins_before;
   r.cable_rows.assign(a.cables.size(), CableRow::open);
   r.velocities_before.assign(a.cables.empty() ? 0 : 2 * n, Vec3(0));
 }

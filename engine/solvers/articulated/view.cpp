@@ -1,6 +1,7 @@
 // An island as the kernels see it, and points of bodies.
 #include <cstddef>
 
+#include "engine/contact/detect.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
@@ -43,6 +44,11 @@ Vec3 point_at(const Island& a, std::size_t column, Vec3 anchor, PoseRows at) {
 Vec3 point_on(const World& world, std::uint32_t slot, Vec3 anchor) {
   PANTIN_ASSERT(slot < world.bodies.size());
   return to_world(world.bodies.values()[slot].pose, anchor);
+}
+
+Vec3 point_before(const World& world, std::uint32_t slot, Vec3 anchor, Real h) {
+  const Body& b = world.bodies.values()[slot];
+  return to_world(b.teleport ? b.pose : contact::pose_before(b, h), anchor);
 }
 
 }  // namespace pantin::detail::articulated

@@ -1,8 +1,9 @@
-// The energy of islands whose solver does not conserve it is watched: it may only come from the
-// energy before, from kinematic bodies that move, and from applied forces. Nothing else depends on
-// these sums, so bounds suffice.
+// The energy of steps that do not conserve it: it may only come from the energy before, from
+// kinematic bodies that move, and from applied forces. The rules of the paper are watched:
+// severalfold growth is told. A step of `auto` by sweeps gives back what is too much.
 #include <algorithm>
 
+#include "engine/base/rotation.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
@@ -28,7 +29,8 @@ Energy energy_of(const World& world, const Island& a) {
   return e;
 }
 
-/// Speed of the fastest anchor of the island, m/s. A gap to be closed counts as displacement.
+/// Speed of the fastest anchor of the island, m/s. For the rules of the paper a gap to be closed
+/// counts as displacement.
 Real hand_speed(const World& world, const Island& a, Real h) {
   Real most = 0;
   for (const Tree& t : a.trees)
@@ -38,7 +40,8 @@ Real hand_speed(const World& world, const Island& a, Real h) {
     if (constraint.compliance > 0) continue;  // springs are not solved here
     const Vec3 way =
         constraint.partner == UINT32_MAX ? constraint.target - constraint.target_before : Vec3(0);
-    const Real gap = std::max(glm::length(constraint.gap_before), constraint.residual);
+    const bool closes = a.settings.solver != Solver::articulated;
+    const Real gap = closes ? std::max(glm::length(constraint.gap_before), constraint.residual) : 0;
     most = std::max(most, (glm::length(way) + gap) / h);
   }
   for (const PackedCable& c : a.cables) {
@@ -52,6 +55,18 @@ Real hand_speed(const World& world, const Island& a, Real h) {
   return most;
 }
 
+/// Velocities before the step: the iterations of a step that closes gaps use the rows of kMove,
+/// sweeps leave them alone.
+void keep_velocity(Island& a, std::size_t c, Vec3 v) {
+  if (a.pins.empty())
+    a.memory.set(kMove, c, v);
+  else
+    a.scratch.velocities[c] = v;
+}
+Vec3 velocity_before(const Island& a, std::size_t c) {
+  return a.pins.empty() ? a.memory.vec(kMove, c) : a.scratch.velocities[c];
+}
+
 /// Upper bound on the work done on the island in the step: the forces on its bodies other than
 /// weight and applied ones, times the displacement of the fastest anchor; and the applied work.
 Real most_work(const World& world, const Island& a, Real h) {
@@ -59,7 +74,7 @@ Real most_work(const World& world, const Island& a, Real h) {
   for (std::size_t c = 0; c < a.count(); ++c) {
     const Body& b = world.bodies.values()[a.slots[c]];
     Vec3 change =
-        b.mass * (b.velocity - a.scratch.velocities[c] - h * b.gravity_scale * world.gravity);
+        b.mass * (b.velocity - velocity_before(a, c) - h * b.gravity_scale * world.gravity);
     const Force* f = a.forced ? world.forces.find(a.bodies[c]) : nullptr;
     if (f) {
       change -= h * f->force;
@@ -68,30 +83,122 @@ Real most_work(const World& world, const Island& a, Real h) {
     }
     pulls += glm::length(change);
   }
-  PANTIN_ASSERT(a.scratch.velocities.size() == a.count());
+  PANTIN_ASSERT(a.pins.empty() || a.scratch.velocities.size() == a.count());
   const Real speed = hand_speed(world, a, h);
   return pulls * speed + pushed;
+}
+
+/// Of the kinetic energy.
+constexpr Real kRounding = 1e-13;
+
+/// Whether nothing ties the island to the world.
+bool flies_free(const Island& a) {
+  const auto to_world = [](const PackedCable& c) {
+    return c.column_a == UINT32_MAX || c.column_b == UINT32_MAX;
+  };
+  return a.scratch.contact_rows.empty() && a.pins.empty() &&
+         std::none_of(a.cables.begin(), a.cables.end(), to_world) &&
+         std::all_of(a.trees.begin(), a.trees.end(),
+                     [&](const Tree& t) { return a.parents[t.first] == kFree; });
+}
+
+/// Scales the velocities so that the kinetic energy is at most `allowed`, J. A free island keeps
+/// the motion of its mass centre.
+void slow_down(World& world, Island& a, Real kinetic, Real allowed) {
+  Vec3 mean(0);
+  Real mass = 0;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const Body& b = world.bodies.values()[a.slots[c]];
+    mean += b.mass * b.velocity, mass += b.mass;
+  }
+  mean = flies_free(a) ? mean / mass : Vec3(0);
+  const Real whole = 0.5 * mass * glm::dot(mean, mean);
+  const Real within = kinetic - whole > kRounding * kinetic ? kinetic - whole : 0;
+  const Real left = std::max(Real(0), allowed - whole);
+  const Real factor = within > 0 ? std::sqrt(std::min(Real(1), left / within)) : 1;
+  if (factor == 1) return;
+  kernels().scale(view_of(world, a), factor, &mean[0]);
+  for (Tree& t : a.trees) t.angular_momentum *= factor;
+}
+
+/// Potential energy at the final poses, J.
+Real potential_of_final(const World& world, const Island& a) {
+  Real sum = 0;
+  for (std::size_t c = 0; c < a.count(); ++c)
+    sum -= a.constants.at(kMass, c) * a.constants.at(kGravityScale, c) *
+           glm::dot(world.gravity, a.scratch.work.vec(kFinalPosition, c));
+  return sum;
+}
+
+/// A step whose potential energy exceeds what there may be is undone to a half, to a quarter or
+/// completely; there the bodies are at rest with closed joints.
+void take_back(World& world, Island& a, Real allowed) {
+  const Kernels& k = kernels();
+  const IslandView p = view_of(world, a);
+  LaneTable& w = a.scratch.work;
+  for (const Real back : {0.5, 0.75, 1.0}) {
+    for (std::size_t c = 0; c < a.count(); ++c) {
+      const Pose& pose = world.bodies.values()[a.slots[c]].pose;
+      const Quat rotation = from_rotation_vector(-back * a.memory.vec(kLastRotation, c));
+      w.set(kPosition, c, pose.position - back * a.memory.vec(kLastTranslation, c));
+      w.set(kRotation, c, glm::normalize(rotation * pose.rotation));
+    }
+    k.levers(p, kPosition, kRotation);
+    k.sweep(p, a.scratch.targets.data(), kPosition, a.settings.rotation_stiffness);
+    k.apply_poses(p, kRotation);
+    if (!a.joints.empty()) sweep_closed(world, a);
+    if (has_rows(a)) relax(world, a);
+    if (potential_of_final(world, a) <= allowed) break;
+  }
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    Body& b = world.bodies.values()[a.slots[c]];
+    b.pose = {w.vec(kFinalPosition, c), w.quat(kFinalRotation, c)};
+    b.velocity = b.angular_velocity = Vec3(0);
+  }
+}
+
+/// Takes from a step of `auto` by sweeps what it has more than `allowed`, J.
+void limit_energy(World& world, Island& a, const Energy& now, Real allowed) {
+  const Real slack = 1e-12 * (std::abs(now.potential) + std::abs(allowed));
+  if (!a.settings.limiter || !(now.whole() > allowed + slack)) return;
+  slow_down(world, a, now.kinetic, allowed - now.potential);
+  if (!flies_free(a) && now.potential > allowed + slack) take_back(world, a, allowed);
+  // What sweeps towards a pin out of reach put in is no loss.
+  const bool pulls =
+      std::any_of(a.pins.begin(), a.pins.end(), [](const PackedPin& p) { return !p.reachable; });
+  const Real removed = now.whole() - energy_of(world, a).whole();
+  if (pulls || !(removed > 0)) return;
+  a.limited = true, a.energy_removed += removed;
 }
 
 }  // namespace
 
 void begin_watch(const World& world, Island& a) {
-  a.grew = false;
-  a.scratch.velocities.resize(a.count());
+  a.grew = a.limited = false;
   for (std::size_t c = 0; c < a.count(); ++c)
-    a.scratch.velocities[c] = world.bodies.values()[a.slots[c]].velocity;
+    keep_velocity(a, c, world.bodies.values()[a.slots[c]].velocity);
   if (a.fresh || a.changed) a.watched = false;
+  if (a.settings.solver == Solver::articulated) a.budget = energy_of(world, a).whole();
 }
 
-void end_watch(const World& world, Island& a, Real h) {
+void end_closing(World& world, Island& a, Real h) {
   const Energy now = energy_of(world, a);
+  const Real allowed = a.budget + most_work(world, a, h);
+  if (!(now.whole() > allowed)) return;
+  slow_down(world, a, now.kinetic, allowed - now.potential);
+}
+
+void end_watch(World& world, Island& a, Real h) {
+  const Energy now = energy_of(world, a);
+  const Real work = most_work(world, a, h);
+  if (a.settings.solver == Solver::articulated) return limit_energy(world, a, now, a.budget + work);
   // The first step closes initial gaps; with contacts there is no energy account.
   if (!a.watched || !a.scratch.contact_rows.empty()) {
     a.watched = true, a.budget = now.whole();
     a.usual = now.kinetic + a.mass * a.size * (glm::length(world.gravity) + 0.5 * a.size);
     return;
   }
-  a.budget += most_work(world, a, h);
+  a.budget += work;
   a.grew = !(now.whole() <= a.budget + kSeveral * a.usual);
   // Energy lost must not return much later: the budget follows the energy downwards.
   a.budget = std::min(a.budget, now.whole() + a.usual);

@@ -244,7 +244,7 @@ void write_contact(World& world, const ContactPoint& p, Real h) {
   c.force = contact::in_world(p.axes, p.impulse) / h;
   c.lambda = h * contact::in_world(p.axes, p.borne);
   c.torque = c.torque_lambda = Vec3(0);
-  c.active = p.impulse.x > 0, c.impact = 0, c.rest = 0, c.sliding = 1;
+  c.active = p.impulse.x > 0, c.rest = 0;
   c.depth = std::max(Real(0), -p.gap);
 }
 

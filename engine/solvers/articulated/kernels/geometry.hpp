@@ -52,17 +52,6 @@ void levers(const IslandView& p, std::size_t position_row, std::size_t rotation_
   for (std::size_t i = 0; i < p.count; i += kLanes) put_levers(p, i, position_row, rotation_row);
 }
 
-/// Geometric stiffness t (1 - r r^T / r^2) of a joint in tension t > 0: the force rotates with the
-/// body within the step.
-INLINE Sym<Four> tension_stiffness(Four t, Vec<Four> r) {
-  const Four r2 = dot(r, r);
-  const auto pulls = (t > 0.0) & (r2 > 0.0);
-  t = choose(pulls, t, all(0.0));
-  const Four s = t / choose(pulls, r2, all(1.0));
-  const Vec<Four> sr = s * r;
-  return {t - sr.x * r.x, -sr.x * r.y, -sr.x * r.z, t - sr.y * r.y, -sr.y * r.z, t - sr.z * r.z};
-}
-
 template <class T>
 INLINE void add(Sym<T>& a, const Sym<T>& b) {
   a.xx += b.xx, a.xy += b.xy, a.xz += b.xz, a.yy += b.yy, a.yz += b.yz, a.zz += b.zz;
@@ -74,7 +63,7 @@ struct PosedAt {
 };
 
 /// Joint geometry of a block, and its rotational inertia about the own joints.
-INLINE void put_turning(const IslandView& p, std::size_t i, const PosedAt& at, Tension tension) {
+INLINE void put_turning(const IslandView& p, std::size_t i, const PosedAt& at) {
   put_levers(p, i, at.position_row, at.rotation_row);
   double* k = column(p.work, kWorkRows, i);
   const Vec<Four> arm = vec<Four>(k, kArm);
@@ -83,19 +72,11 @@ INLINE void put_turning(const IslandView& p, std::size_t i, const PosedAt& at, T
   Sym<Four> tt = sym<Four>(k, kRotationalInertia);
   add(tt, Sym<Four>{a2 - ma.x * arm.x, -ma.x * arm.y, -ma.x * arm.z, a2 - ma.y * arm.y,
                     -ma.y * arm.z, a2 - ma.z * arm.z});
-  if (tension == Tension::stiffens) {
-    const Vec<Four> lambda = vec<Four>(column(p.memory, kMemoryRows, i), kLambda);
-    const Vec<Four> out = vec<Four>(k, kParentArm);
-    add(tt, tension_stiffness(dot(lambda, arm), arm));  // zero for a free root
-    put(k, kOutwardTension, tension_stiffness(-dot(lambda, out), out));
-  }
   put(k, kRotationalInertia, tt);
 }
 
-void prepare(const IslandView& p, std::size_t position_row, std::size_t rotation_row,
-             Tension tension) {
-  for (std::size_t i = 0; i < p.count; i += kLanes)
-    put_turning(p, i, {position_row, rotation_row}, tension);
+void prepare(const IslandView& p, std::size_t position_row, std::size_t rotation_row) {
+  for (std::size_t i = 0; i < p.count; i += kLanes) put_turning(p, i, {position_row, rotation_row});
 }
 
 }  // namespace

@@ -79,33 +79,6 @@ INLINE Rows eliminate(const Block& b, double* node) {
   return mass_and_bias;
 }
 
-/// A chain: the only child is the next column, so its articulated mass stays in registers.
-template <Tension tension>
-void inward_pass_chain_by(const IslandView& p) {
-  Rows mass_and_bias{};
-  for (std::size_t i = p.count; i-- > 0;) {
-    // Preparing a block here hides the latency of the divisions.
-    if (i % kLanes == kLanes - 1 || i == p.count - 1)
-      put_turning(p, i / kLanes * kLanes, {kPosition, kRotation}, tension);
-    const double* k = column(p.work, kWorkRows, i);
-    Block b = own_block(column(p.constants, kConstantRows, i), k);
-    if (i + 1 < p.count) {
-      const double* child = column(p.work, kWorkRows, i + 1);
-      add_child(b, mass_and_bias, vec<double>(child, kGap),
-                vec<double>(child, kParentArm) - vec<double>(k, kArm));
-      if (tension == Tension::stiffens) add(b.tt, sym<double>(child, kOutwardTension));
-    }
-    mass_and_bias = eliminate(b, p.nodes + kNodeSize * i);
-  }
-}
-
-void inward_pass_chain(const IslandView& p, Tension tension) {
-  if (tension == Tension::stiffens)
-    inward_pass_chain_by<Tension::stiffens>(p);
-  else
-    inward_pass_chain_by<Tension::ignored>(p);
-}
-
 INLINE void put_block(double* at, const Block& b) {
   at[0] = b.tt.xx, at[1] = b.tt.xy, at[2] = b.tt.xz, at[3] = b.tt.yy, at[4] = b.tt.yz;
   at[5] = b.tt.zz;
@@ -124,7 +97,7 @@ void fill_blocks(const IslandView& p, double* blocks) {
 }
 
 /// A tree: each body adds itself to its parent's block once it is eliminated.
-void inward_pass_tree(const IslandView& p, Tension tension, double* blocks) {
+void inward_pass(const IslandView& p, double* blocks) {
   for (std::size_t i = p.count; i-- > 0;) {
     const double* k = column(p.work, kWorkRows, i);
     const Rows mass_and_bias =
@@ -134,7 +107,6 @@ void inward_pass_tree(const IslandView& p, Tension tension, double* blocks) {
     Block b = block_at(blocks + kBlockSize * parent);
     add_child(b, mass_and_bias, vec<double>(k, kGap),
               vec<double>(k, kParentArm) - vec<double>(column(p.work, kWorkRows, parent), kArm));
-    if (tension == Tension::stiffens) add(b.tt, sym<double>(k, kOutwardTension));
     put_block(blocks + kBlockSize * parent, b);
   }
 }

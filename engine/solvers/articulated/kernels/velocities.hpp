@@ -1,106 +1,64 @@
 #pragma once
-/// Velocities from the final poses, alone or together with the outward pass.
-#include "engine/solvers/articulated/kernels/outward.hpp"
+/// Velocities from the final poses, alone or together with the sweep.
 #include "engine/solvers/articulated/kernels/predict.hpp"
+#include "engine/solvers/articulated/kernels/sweep.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
 
-/// Velocities of one block from its final pose, written to the bodies; accumulates sums.
+/// Velocities of one block from its final pose, written to the bodies.
 template <Rule rule>
 struct VelocityUpdate {
   const IslandView& p;
   const VelocityInput& in;
   const double per = 1 / in.h;
-  const Vec<Four> g{all(in.gravity[0]), all(in.gravity[1]), all(in.gravity[2])};
-  Four kinetic = all(0), potential = all(0), work = all(0), turned = all(0);
-  Vec<Four> momentum{all(0), all(0), all(0)};
   bool sane = true;
-  DampingFactor damping{0.5 * in.h};
 
   INLINE void operator()(std::size_t i, Vec<Four> x, Qua<Four> q) {
     const std::size_t lanes = p.count - i < kLanes ? p.count - i : kLanes;
-    const Four here = mask(i, p.count);
     if (any_not_below(dot(x, x), kTooFar * kTooFar)) {
       sane = false;
       return;
     }
-    const double* c = column(p.constants, kConstantRows, i);
-    double* m = column(p.memory, kMemoryRows, i);
-    const double* k = column(p.work, kWorkRows, i);
     const FourBodies bodies(p, i);
-    const Vec<Four> moments = vec<Four>(c, kInertia);
     const Vec<Four> translation = x - bodies.vec(p.layout.position);
     const Vec<Four> turned_by = logarithm(mul(q, back(bodies.qua(p.layout.rotation))));
-    const Four turned2 = here * dot(turned_by, turned_by);
-    turned = choose(turned2 > turned, turned2, turned);
-
-    Vec<Four> v, w, l;
-    if (rule == Rule::verlet || rule == Rule::midpoint) {
-      v = all(per) * translation, w = all(per) * turned_by;
-      if (rule == Rule::midpoint) l = times_inertia(q, moments, w);
-    } else if (in.first) {
-      // Trapezoidal rule from the initial velocities, stored by predict(), between two halves of
-      // the drag.
-      const Four keep = damping.of(num<Four>(c, kDrag));
-      v = all(2 * per) * translation - keep * vec<Four>(m, kVelocityBefore);
-      w = all(2 * per) * turned_by - keep * bodies.vec(p.layout.angular_velocity);
-      l = times_inertia(q, moments, w);
-      work -= 0.5 * here * (1.0 - keep * keep) * (num<Four>(c, kMass) * dot(v, v) + dot(l, w));
-      v = keep * v, w = keep * w, l = keep * l;
-    } else {
-      // Differences of rotation vectors would lose an order of accuracy: the rotation caused by the
-      // joints is an impulse on the predicted angular momentum.
-      const double rate = rule == Rule::bdf2 ? 1.5 * per : per;
-      v = rule == Rule::bdf2
-              ? all(0.5 * per) * (all(3) * translation - vec<Four>(m, kLastTranslation))
-              : all(per) * translation;
-      const Qua<Four> predicted = qua<Four>(k, kRotation);
-      const Vec<Four> forced = logarithm(mul(q, back(predicted)));
-      l = times_inertia(predicted, moments,
-                        vec<Four>(k, kAngularVelocityStar) + all(rate) * forced);
-      w = times_inertia(q, inverted(moments), l);
-      if (rule == Rule::euler && any_not_below(turned2, in.calm_angle * in.calm_angle)) {
-        // A large rotation: its rate is bounded, the impulse is not.
-        const Four calm2 = all(in.calm_angle * in.calm_angle);
-        const Vec<Four> plain = all(per) * turned_by;
-        w.x = choose(turned2 >= calm2, plain.x, w.x);
-        w.y = choose(turned2 >= calm2, plain.y, w.y);
-        w.z = choose(turned2 >= calm2, plain.z, w.z);
-        l = times_inertia(q, moments, w);
-      }
-    }
+    const Vec<Four> w = rule == Rule::euler ? kept_spin(i, q, turned_by) : all(per) * turned_by;
     bodies.set(p.layout.position, x, lanes);
     bodies.set(p.layout.rotation, Vec<Four>{q.x, q.y, q.z}, lanes);
     bodies.set(p.layout.rotation + 3, q.w, lanes);
-    bodies.set(p.layout.velocity, v, lanes);
+    bodies.set(p.layout.velocity, all(per) * translation, lanes);
     bodies.set(p.layout.angular_velocity, w, lanes);
-    if (rule == Rule::verlet) return;  // no energy balance
-
+    if (rule == Rule::verlet) return;
+    double* m = column(p.memory, kMemoryRows, i);
     put(m, kLastTranslation, translation), put(m, kLastRotation, turned_by);
-    const Four mass = num<Four>(c, kMass);
-    const Vec<Four> weight = num<Four>(c, kGravityScale) * g;
-    kinetic += 0.5 * here * (mass * dot(v, v) + dot(l, w));
-    potential -= here * mass * dot(weight, x);
-    momentum = momentum + (here * mass) * v;
-    if (p.forces) {
-      const double* f = column(p.forces, 6, i);
-      work += here * (mass * dot(vec<Four>(f, 0), translation) + dot(vec<Four>(f, 3), turned_by));
-    }
   }
 
-  EndSums sums() const {
-    return {sum(kinetic),    sum(potential),
-            sum(work),       {sum(momentum.x), sum(momentum.y), sum(momentum.z)},
-            largest(turned), sane};
+  /// Differences of rotation vectors would lose an order of accuracy: the rotation caused by the
+  /// joints is an impulse on the predicted angular momentum. Of a large rotation the rate is
+  /// bounded, the impulse is not.
+  INLINE Vec<Four> kept_spin(std::size_t i, Qua<Four> q, Vec<Four> turned_by) {
+    constexpr double kLarge = 0.5;  // rad
+    const Vec<Four> moments = vec<Four>(column(p.constants, kConstantRows, i), kInertia);
+    const double* k = column(p.work, kWorkRows, i);
+    const Qua<Four> predicted = qua<Four>(k, kRotation);
+    const Vec<Four> forced = logarithm(mul(q, back(predicted)));
+    const Vec<Four> l =
+        times_inertia(predicted, moments, vec<Four>(k, kAngularVelocityStar) + all(per) * forced);
+    Vec<Four> w = times_inertia(q, inverted(moments), l);
+    const Vec<Four> plain = all(per) * turned_by;
+    const auto large = dot(turned_by, turned_by) >= all(kLarge * kLarge);
+    w.x = choose(large, plain.x, w.x), w.y = choose(large, plain.y, w.y);
+    w.z = choose(large, plain.z, w.z);
+    return w;
   }
 };
 
 template <class Job>
-EndSums by_rule(const IslandView& p, const VelocityInput& in, const Job& job) {
+bool by_rule(const IslandView& p, const VelocityInput& in, const Job& job) {
   const auto run = [&](auto update_velocities) {
     job(update_velocities);
-    return update_velocities.sums();
+    return update_velocities.sane;
   };
   switch (in.rule) {
     case Rule::verlet:
@@ -109,13 +67,11 @@ EndSums by_rule(const IslandView& p, const VelocityInput& in, const Job& job) {
       return run(VelocityUpdate<Rule::midpoint>{p, in});
     case Rule::euler:
       return run(VelocityUpdate<Rule::euler>{p, in});
-    case Rule::bdf2:
-      return run(VelocityUpdate<Rule::bdf2>{p, in});
   }
-  return {};
+  return false;
 }
 
-EndSums update_velocities(const IslandView& p, const VelocityInput& in) {
+bool update_velocities(const IslandView& p, const VelocityInput& in) {
   return by_rule(p, in, [&](auto& update_block) {
     for (std::size_t i = 0; i < p.count; i += kLanes) {
       const double* k = column(p.work, kWorkRows, i);
@@ -124,7 +80,7 @@ EndSums update_velocities(const IslandView& p, const VelocityInput& in) {
   });
 }
 
-/// The outward pass is sequential; vector work on neighbouring blocks hides its latency. The next
+/// The sweep is sequential; vector work on neighbouring blocks hides its latency. The next
 /// block is prepared and the previous one gets poses and velocities, one job per body.
 template <bool chain, class Rotate, class Prepare, class Block>
 INLINE void walk_and_update(const Rotate& rotate, const double* targets,
@@ -155,19 +111,8 @@ INLINE void walk_and_update(const Rotate& rotate, const double* targets,
   update_placed(last);
 }
 
-EndSums outward_pass_and_update(const IslandView& p, const double* targets,
-                                const VelocityInput& in) {
-  return by_rule(p, in, [&](auto& update_block) {
-    const auto prepared = [](std::size_t) {};
-    if (p.is_chain)
-      walk_and_update<true>(Articulated{p, kPosition}, targets, prepared, update_block);
-    else
-      walk_and_update<false>(Articulated{p, kPosition}, targets, prepared, update_block);
-  });
-}
-
-EndSums sweep_and_update(const IslandView& p, const double* targets, double stiffness,
-                         const VelocityInput& in) {
+bool sweep_and_update(const IslandView& p, const double* targets, double stiffness,
+                      const VelocityInput& in) {
   return by_rule(p, in, [&](auto& update_block) {
     const LeastDisplacement rotate{p, kPosition, stiffness};
     const auto prepare_block = [&](std::size_t i) { put_levers(p, i, kPosition, kRotation); };

@@ -1,6 +1,6 @@
 #pragma once
-/// Adjust stage, outward pass: from the root to the leaves every joint is closed.
-#include "engine/solvers/articulated/kernels/inward.hpp"
+/// Adjust stage, the sweep: from the root to the leaves every joint is closed.
+#include "engine/solvers/articulated/kernels/geometry.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
@@ -22,70 +22,9 @@ INLINE Carry carry_by(Qua<double> q) {
 
 INLINE double magnitude(double x) { return x < 0 ? -x : x; }
 
-/// LDL^T of a symmetric positive definite 3x3 matrix, with a lower bound on the pivots.
-struct Factor {
-  double i0, i1, i2, l10, l20, l21;
-  INLINE explicit Factor(const Sym<double>& a) {
-    const double floor = 4 * 2.220446049250313e-16 * (a.xx + a.yy + a.zz);
-    i0 = 1 / (a.xx > floor ? a.xx : floor);
-    l10 = a.xy * i0, l20 = a.xz * i0;
-    const double d1 = a.yy - l10 * a.xy, t = a.yz - l20 * a.xy;
-    i1 = 1 / (d1 > floor ? d1 : floor);
-    l21 = t * i1;
-    const double d2 = a.zz - l20 * a.xz - l21 * t;
-    i2 = 1 / (d2 > floor ? d2 : floor);
-  }
-  INLINE Vec<double> solve(Vec<double> b) const {
-    const double y1 = b.y - l10 * b.x, y2 = b.z - l20 * b.x - l21 * y1;
-    const double z2 = y2 * i2, z1 = y1 * i1 - l21 * z2;
-    return {b.x * i0 - l10 * z1 - l20 * z2, z1, z2};
-  }
-};
-
-/// The rotation of one body whose own joint point moves to `goal`, by the articulated response; for
-/// a free root it sets `goal`. Stores the multiplier of the joint.
-struct Articulated {
-  const IslandView& p;
-  std::size_t position_row;
-
-  INLINE Carry operator()(std::size_t i, double* k, Vec<double> arm, Vec<double>& goal) const {
-    const double* n = p.nodes + kNodeSize * i;
-    const double* g = n + kArticulatedMass;
-    const Vec<double> x = vec<double>(k, position_row);
-    Vec<double> y = goal - (x + arm), lambda{0, 0, 0};
-    if (p.parents[i] == kFree) {
-      y = Factor(Sym<double>{g[0], g[1], g[2], g[5], g[6], g[10]}).solve({g[3], g[7], g[11]});
-      goal = x + y;
-    } else {
-      lambda = {(g[0] * y.x + g[1] * y.y + g[2] * y.z) - g[3],
-                (g[4] * y.x + g[5] * y.y + g[6] * y.z) - g[7],
-                (g[8] * y.x + g[9] * y.y + g[10] * y.z) - g[11]};
-      if (!(dot(lambda, lambda) < 1e36)) lambda = {0, 0, 0};
-    }
-    put(column(p.memory, kMemoryRows, i), kLambda, lambda);
-    Vec<double> d{n[3] - (n[0] * y.x + n[1] * y.y + n[2] * y.z),
-                  n[7] - (n[4] * y.x + n[5] * y.y + n[6] * y.z),
-                  n[11] - (n[8] * y.x + n[9] * y.y + n[10] * y.z)};
-    // The angle stays below 148 degrees; no rotation if a number is not finite.
-    const double most = magnitude(d.x) + magnitude(d.y) + magnitude(d.z);
-    if (!(most < 4)) {
-      double far = magnitude(d.x) > magnitude(d.y) ? magnitude(d.x) : magnitude(d.y);
-      if (magnitude(d.z) > far) far = magnitude(d.z);
-      if (!(most < 1e30))
-        d = {0, 0, 0};
-      else if (far > 4)
-        d = (4 / far) * d;
-    }
-    // Cayley's map: the quaternion (d/2, 1).
-    const Vec<double> u = 0.5 * d;
-    put(k, kAppliedRotation, Qua<double>{u.x, u.y, u.z, 1});
-    const double s = 2 / (1 + dot(u, u));
-    return {u, s, s};
-  }
-};
-
-/// The same by least displacement, scaled by |r x s|^2 to avoid divisions: the quaternion (Z + C,
-/// S) with S = m r x s, C = beta a^T I a + m r.(r + s), Z = sqrt(C^2 + S^2).
+/// The rotation of one body whose own joint point moves to `goal`, by least displacement; a free
+/// root stays. Scaled by |r x s|^2 to avoid divisions: the quaternion (Z + C, S) with S = m r x s,
+/// C = beta a^T I a + m r.(r + s), Z = sqrt(C^2 + S^2).
 struct LeastDisplacement {
   const IslandView& p;
   std::size_t position_row;
@@ -116,13 +55,13 @@ struct LeastDisplacement {
   }
 };
 
-/// State of the previous body in an outward pass along a chain.
+/// State of the previous body in a sweep along a chain.
 struct Step {
   Vec<double> goal{0, 0, 0}, arm{0, 0, 0};
   Carry carry{{0, 0, 0}, 0, 0};
 };
 
-/// One body of the outward pass: position of its joint, and its rotation by `rotate`, which knows
+/// One body of the sweep: position of its joint, and its rotation by `rotate`, which knows
 /// the island.
 template <bool chain, class Rotate>
 INLINE void outwards(const Rotate& rotate, const double*& targets, std::size_t i, Step& at) {
@@ -152,10 +91,6 @@ INLINE void walk(const IslandView& p, const double* targets, const Rotate& rotat
     for (std::size_t i = 0; i < p.count; ++i) outwards<true>(rotate, targets, i, at);
   else
     for (std::size_t i = 0; i < p.count; ++i) outwards<false>(rotate, targets, i, at);
-}
-
-void outward_pass(const IslandView& p, const double* targets, std::size_t position_row) {
-  walk(p, targets, Articulated{p, position_row});
 }
 
 void sweep(const IslandView& p, const double* targets, std::size_t position_row, double stiffness) {
