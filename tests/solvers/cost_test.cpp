@@ -56,24 +56,21 @@ Simulation taut_chain(int links, int extra) {
   return sim;
 }
 
-/// Seconds of one solve of a step: the least of many samples.
+/// Seconds of one step: the least of many samples.
 struct Clock {
   Simulation sim;
   Real least = 1e9;
 
   void sample() {
-    int solves = 0;
+    constexpr int kSteps = 20;
     const auto start = std::chrono::steady_clock::now();
-    for (int i = 0; i < 20; ++i) {
-      const StepReport report = sim.step();
-      solves += 1 + report.sweeps_used;
-    }
+    for (int i = 0; i < kSteps; ++i) sim.step();
     const std::chrono::duration<Real> taken = std::chrono::steady_clock::now() - start;
-    least = std::min(least, taken.count() / solves);
+    least = std::min(least, taken.count() / kSteps);
   }
 };
 
-/// Slope of the time of a solve over the number of pins, and its value at one pin; s.
+/// Slope of the time of a step over the number of pins, and its value at one pin; s.
 struct PinCost {
   Real first = 0, each = 0;
 };
@@ -104,16 +101,16 @@ TEST_CASE("a link of a chain of a thousand costs what one of fifty costs", "[tim
   CHECK(ratio <= 1.5);
 }
 
-// Measured: 36 ns a link for each more pin beside 390 for the chain with one; pantin_tests -s
-// tells.
-TEST_CASE("a pin more along a taut chain costs a fifth of the chain at most", "[timed]") {
+// Measured: 98 ns a link and step for each more pin beside 349 for the chain with one;
+// pantin_tests -s tells.
+TEST_CASE("a pin more along a taut chain costs two fifths of the chain at most", "[timed]") {
   constexpr int kLinks = 100;
   PinCost cost{1, 1};
-  for (int attempt = 0; attempt < 5 && cost.each > 0.2 * cost.first; ++attempt)
+  for (int attempt = 0; attempt < 5 && cost.each > 0.4 * cost.first; ++attempt)
     cost = pin_cost(kLinks, 8);
-  INFO("a solve with one pin takes " << 1e9 * cost.first / kLinks << " ns a link, each pin more "
-                                     << 1e9 * cost.each / kLinks);
-  CHECK(cost.each <= 0.2 * cost.first);
+  INFO("a step with one pin takes " << 1e9 * cost.first / kLinks << " ns a link, each pin more "
+                                    << 1e9 * cost.each / kLinks);
+  CHECK(cost.each <= 0.4 * cost.first);
 }
 
 TEST_CASE("an island takes less than a kibibyte a link") {
