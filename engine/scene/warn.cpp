@@ -137,7 +137,8 @@ void warn_of_unknown(const BuiltScene& built, const Exact& exact, Solver solver,
     messages.warn(first->at, "contact",
                   "body " + quoted(first->name) +
                       (solid > 1 ? " and " + std::to_string(solid - 1) + " more are" : " is") +
-                      " solid, " + who + "contacts; only what flies free is pushed out");
+                      " solid, " + who +
+                      "blows and contacts with its own kind; it is pushed out of other bodies");
   for (const BuiltJoint& j : built.joints) {
     const std::uint32_t mover = built.is_dynamic(j.a) ? j.a : j.b;
     if (j.joint.limits->soft_zone > 0 && built.is_dynamic(mover) &&

@@ -1,5 +1,5 @@
 // The motion of one body whose joint point must reach a place: what holds for every arm and gap.
-#include "engine/solvers/articulated/compulsive.hpp"
+#include "engine/solvers/articulated/procedural/compulsive.hpp"
 
 #include <catch2/catch.hpp>
 

@@ -1,6 +1,6 @@
 #include <catch2/catch.hpp>
 
-#include "engine/solvers/articulated/push_out.hpp"
+#include "engine/solvers/articulated/procedural/push_out.hpp"
 #include "engine/world/ties.hpp"
 #include "tests/solvers/solids.hpp"
 #include "tests/solvers/trees.hpp"

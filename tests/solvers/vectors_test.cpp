@@ -6,7 +6,7 @@
 
 #include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
-#include "engine/solvers/articulated/compulsive.hpp"
+#include "engine/solvers/articulated/procedural/compulsive.hpp"
 #include "engine/world/ties.hpp"
 #include "tests/paths.hpp"
 #include "tests/solvers/stages.hpp"

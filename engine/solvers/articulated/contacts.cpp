@@ -1,4 +1,4 @@
-// Which islands contacts are of, and the push-out of what flies free by the rules of the paper.
+// Which islands contacts are of.
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
@@ -6,14 +6,10 @@
 #include "engine/geometry/surface.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
-#include "engine/solvers/articulated/push_out.hpp"
 #include "engine/solvers/solver.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
-
-/// Penetrations up to this fraction of the size are removed by translating a free tree.
-constexpr Real kShallowOverlap = 5e-3;
 
 /// What may add to the predicted displacement of any body of an island in one step, m: its moving
 /// anchors, and gravity.
@@ -42,10 +38,6 @@ Real displacement_of_targets(const Island& a) {
   for (const PackedPin& constraint : a.pins)
     most = std::max(most, glm::length(constraint.target - constraint.target_before));
   return most;
-}
-
-Vec3 final_point(const Island& a, std::size_t column, Vec3 anchor) {
-  return point_at(a, column, anchor, kFinalPoses);
 }
 
 }  // namespace
@@ -126,39 +118,6 @@ void take_contacts(World& world, Real h) {
     if (mutual) take_contact(world, i, ContactBody::b, h);
   }
   plan_contact_groups(world, h);
-}
-
-void push_out_trees(World& world, Island& a) {
-  const auto depth_of = [&](const ContactRow& t) {
-    const Contact& c = contacts_of(world)[t.contact];
-    const Vec3 on_b = to_world(world.bodies.values()[c.slot_b].pose, c.point_b);
-    return glm::dot(c.normal, on_b - final_point(a, t.column, c.point_a));
-  };
-  for (const Tree& tree : a.trees) {
-    if (a.parents[tree.first] != kFree) continue;
-    PANTIN_ASSERT(tree.first + tree.count <= a.count());
-    for (int round = 0; round < 4; ++round) {
-      HalfSpaces planes;
-      for (const ContactRow& t : a.scratch.contact_rows) {
-        const Contact& c = contacts_of(world)[t.contact];
-        if (is_own(world, c.slot_b) || t.column < tree.first || t.column >= tree.first + tree.count)
-          continue;
-        const Real depth = depth_of(t);
-        // Deep penetrations are left to the next step: translating the whole tree for one body
-        // would add too much energy.
-        if (depth > 0 && depth < kShallowOverlap * a.size) planes.add(c.normal, depth);
-      }
-      if (planes.count == 0) break;
-      const Vec3 out = push_out(planes);
-      for (std::size_t c = tree.first; c < tree.first + tree.count; ++c)
-        a.scratch.work.set(kFinalPosition, c, a.scratch.work.vec(kFinalPosition, c) + out);
-    }
-  }
-  for (const ContactRow& t : a.scratch.contact_rows) {
-    if (t.side < 0) continue;
-    Contact& c = contacts_of(world)[t.contact];
-    c.depth = std::max(Real(0), depth_of(t)), c.force = c.torque = Vec3(0);
-  }
 }
 
 }  // namespace pantin::detail::articulated

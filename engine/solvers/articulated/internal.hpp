@@ -183,8 +183,9 @@ Quat parent_rotation(const World& world, const Island& a, std::size_t c, Work ro
 
 /// Contacts of a sleeping island keep their forces.
 void keep_sleeping_contacts(World& world, Island& a, Real h);
-/// Removes the penetration of free trees by translating them (contacts.cpp).
-void push_out_trees(World& world, Island& a);
+/// Pushes bodies out of what this solver does not move, and closes their joints again
+/// (procedural/push_out_trees.cpp).
+void push_out_trees(World& world, Island& a, Real h);
 /// Whether the joints between a pin and the root can span the distance to the root's target
 /// (relax.cpp).
 bool is_in_reach(const Island& a, const PackedPin& pin);

@@ -12,10 +12,10 @@
 #include "engine/base/math.hpp"
 #include "engine/joints/joint.hpp"
 #include "engine/joints/stops.hpp"
-#include "engine/solvers/articulated/conserving_node.hpp"
-#include "engine/solvers/articulated/contact_groups.hpp"
+#include "engine/solvers/articulated/impulses/contact_groups.hpp"
 #include "engine/solvers/articulated/lane_layout.hpp"
-#include "engine/solvers/articulated/tie.hpp"
+#include "engine/solvers/articulated/smooth/conserving_node.hpp"
+#include "engine/solvers/articulated/smooth/tie.hpp"
 #include "engine/solvers/articulated/vec3x4.hpp"
 #include "engine/solvers/islands.hpp"
 #include "engine/world/body.hpp"
@@ -80,6 +80,12 @@ struct ContactRow {
   int side = 1;  // 1: body a, -1: body b
 };
 
+/// How the rules of the paper moved a body out of what it entered in this step.
+struct BodyPush {
+  Real out = 0;  // m, along normals
+  Vec3 held{0};  // m, across them, by friction
+};
+
 /// Scratch memory of one step of one island.
 struct StepScratch {
   LaneTable work;             // see Work
@@ -92,6 +98,7 @@ struct StepScratch {
   std::vector<Vec3> turned;                   // shake2, per body: rotation vector of the step, rad
   std::vector<Real> outboard;  // of trees that fly free, per body: mass of its subtree, kg
   std::vector<ContactRow> contact_rows;  // of this step
+  std::vector<BodyPush> pushes;          // a body each, where any is solid
   std::vector<Vec3> velocities;          // a body each: at the start, while energy is watched
   std::vector<ConservingTie> ties;
   std::vector<ConservingSum> conserving_sums;    // a body each, where joints constrain rotations

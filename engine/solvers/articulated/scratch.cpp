@@ -46,6 +46,7 @@ void prepare(World& world) {
     if (!a.joints.empty()) r.conserving_sums.resize(n), r.conserving_nodes.resize(n);
     if (!world.collisions.empty() && has_colliders(world, a)) {
       r.contact_rows.reserve(8 * n);
+      r.pushes.assign(n, {}), r.on_path.assign(n, 0);
     }
   }
 }

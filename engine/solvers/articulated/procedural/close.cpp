@@ -37,7 +37,7 @@ bool close_joints(World& world, Island& a, Real h) {
     close_kinematic(a, p, h);
   if (!a.joints.empty()) sweep_closed(world, a);
   if (has_rows(a)) relax(world, a);
-  if (!a.scratch.contact_rows.empty()) push_out_trees(world, a);
+  if (!a.scratch.contact_rows.empty()) push_out_trees(world, a, h);
   return kernels().update_velocities(p, in);
 }
 

@@ -3,7 +3,7 @@
 #include <tuple>
 
 #include "engine/contact/detect.hpp"
-#include "engine/solvers/articulated/gather.hpp"
+#include "engine/solvers/articulated/impulses/gather.hpp"
 
 namespace pantin::detail::articulated {
 namespace {

@@ -12,9 +12,9 @@
 #include <limits>
 
 #include "engine/base/rotation.hpp"
-#include "engine/solvers/articulated/group_points.hpp"
+#include "engine/solvers/articulated/impulses/group_points.hpp"
 #include "engine/solvers/articulated/internal.hpp"
-#include "engine/solvers/articulated/push_out.hpp"
+#include "engine/solvers/articulated/procedural/push_out.hpp"
 
 namespace pantin::detail::articulated {
 namespace {

@@ -1,7 +1,7 @@
 // Rolling and spinning friction of two bodies: the law is in engine/contact/rolling_friction.hpp.
 #include <algorithm>
 
-#include "engine/solvers/articulated/group_points.hpp"
+#include "engine/solvers/articulated/impulses/group_points.hpp"
 
 namespace pantin::detail::articulated {
 namespace {

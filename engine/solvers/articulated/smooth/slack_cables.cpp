@@ -1,5 +1,5 @@
 // Inextensible cables in a step by the energy-momentum method: when they become taut and slack.
-#include "engine/solvers/articulated/conserving_ties.hpp"
+#include "engine/solvers/articulated/smooth/conserving_ties.hpp"
 
 namespace pantin::detail::articulated {
 namespace {

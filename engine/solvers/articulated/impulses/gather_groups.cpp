@@ -6,7 +6,7 @@
 #include "engine/contact/detect.hpp"
 #include "engine/geometry/kinds.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
-#include "engine/solvers/articulated/gather.hpp"
+#include "engine/solvers/articulated/impulses/gather.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {

@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <span>
 
-#include "engine/solvers/articulated/conserving_ties.hpp"
 #include "engine/solvers/articulated/internal.hpp"
+#include "engine/solvers/articulated/smooth/conserving_ties.hpp"
 
 namespace pantin::detail::articulated {
 namespace {

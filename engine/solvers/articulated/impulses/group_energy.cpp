@@ -1,7 +1,7 @@
 // Iterations of contacts that are cut short add no energy to what is left alone.
 #include <algorithm>
 
-#include "engine/solvers/articulated/contact_groups.hpp"
+#include "engine/solvers/articulated/impulses/contact_groups.hpp"
 
 namespace pantin::detail::articulated {
 namespace {

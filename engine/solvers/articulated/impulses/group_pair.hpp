@@ -1,7 +1,7 @@
 #pragma once
 /// Impulses between two bodies of a group, iterated on copies of their motions: what trees make of
 /// them is carried through the joints once, at the end.
-#include "engine/solvers/articulated/contact_groups.hpp"
+#include "engine/solvers/articulated/impulses/contact_groups.hpp"
 
 namespace pantin::detail::articulated {
 

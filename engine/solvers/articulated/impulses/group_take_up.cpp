@@ -1,7 +1,7 @@
 // What lasting loads compress in the springs of contacts is given back by and by.
 #include <algorithm>
 
-#include "engine/solvers/articulated/group_points.hpp"
+#include "engine/solvers/articulated/impulses/group_points.hpp"
 
 namespace pantin::detail::articulated {
 namespace {

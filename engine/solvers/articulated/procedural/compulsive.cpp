@@ -1,4 +1,4 @@
-#include "engine/solvers/articulated/compulsive.hpp"
+#include "engine/solvers/articulated/procedural/compulsive.hpp"
 
 #include "engine/base/rotation.hpp"
 

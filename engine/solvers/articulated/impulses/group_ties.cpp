@@ -1,7 +1,7 @@
 // Spring pins and cables of islands in contact: impulses iterated with the contacts.
 #include <algorithm>
 
-#include "engine/solvers/articulated/group_pair.hpp"
+#include "engine/solvers/articulated/impulses/group_pair.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {

@@ -8,7 +8,7 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
-#include "engine/solvers/articulated/conserving_joints.hpp"
+#include "engine/solvers/articulated/smooth/conserving_joints.hpp"
 
 namespace pantin::detail::articulated {
 namespace {

@@ -12,7 +12,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/joints/joint_force.hpp"
 #include "engine/joints/kinds.hpp"
-#include "engine/solvers/articulated/conserving_joints.hpp"
+#include "engine/solvers/articulated/smooth/conserving_joints.hpp"
 #include "engine/world/joint_drive.hpp"
 
 namespace pantin::detail::articulated {

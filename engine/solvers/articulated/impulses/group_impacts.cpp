@@ -1,7 +1,7 @@
 // Impacts with restitution, at their time within the substep.
 #include <algorithm>
 
-#include "engine/solvers/articulated/group_points.hpp"
+#include "engine/solvers/articulated/impulses/group_points.hpp"
 
 namespace pantin::detail::articulated {
 namespace {

@@ -1,4 +1,4 @@
-#include "engine/solvers/articulated/push_out.hpp"
+#include "engine/solvers/articulated/procedural/push_out.hpp"
 
 #include <algorithm>
 #include <optional>

@@ -1,7 +1,7 @@
 // How many substeps a group takes, and where they are divided.
 #include <algorithm>
 
-#include "engine/solvers/articulated/group_points.hpp"
+#include "engine/solvers/articulated/impulses/group_points.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {

@@ -13,13 +13,13 @@
 //
 // The elimination of the tree gives the motion for the present mu; tie_response.cpp tells how it
 // answers further impulses at the ties.
-#include "engine/solvers/articulated/conserving_ties.hpp"
+#include "engine/solvers/articulated/smooth/conserving_ties.hpp"
 
 #include <algorithm>
 
 #include "engine/joints/kinds.hpp"
-#include "engine/solvers/articulated/conserving_joints.hpp"
 #include "engine/solvers/articulated/internal.hpp"
+#include "engine/solvers/articulated/smooth/conserving_joints.hpp"
 
 namespace pantin::detail::articulated {
 namespace {

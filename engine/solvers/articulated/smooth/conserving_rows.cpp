@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "engine/joints/kinds.hpp"
-#include "engine/solvers/articulated/conserving_joints.hpp"
+#include "engine/solvers/articulated/smooth/conserving_joints.hpp"
 
 namespace pantin::detail::articulated {
 namespace {

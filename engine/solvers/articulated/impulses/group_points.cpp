@@ -1,5 +1,5 @@
 // Contact points of a group, and impulses on them.
-#include "engine/solvers/articulated/group_points.hpp"
+#include "engine/solvers/articulated/impulses/group_points.hpp"
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 #pragma once
 /// Ties of a step by the energy-momentum method: what its files share.
-#include "engine/solvers/articulated/conserving_joints.hpp"
+#include "engine/solvers/articulated/smooth/conserving_joints.hpp"
 
 namespace pantin::detail::articulated {
 

@@ -17,7 +17,7 @@ struct HalfSpaces {
 
 /// The shortest translation that satisfies all of them, acute wedges included: along one normal, to
 /// the edge of two planes, or to the corner of three. If there is no solution, the translation for
-/// the deepest one. [Lee 2000, sec. 4: the deepest vertex along the normal; planes of a wedge
+/// the deepest one. [Lee 2000, sec. 4.2: the deepest vertex along the normal; planes of a wedge
 /// solved together instead of in turn]
 Vec3 push_out(const HalfSpaces& planes);
 

@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "engine/solvers/articulated/articulated.hpp"
-#include "engine/solvers/articulated/conserving_joints.hpp"
 #include "engine/solvers/articulated/internal.hpp"
+#include "engine/solvers/articulated/smooth/conserving_joints.hpp"
 
 namespace pantin::detail::articulated {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 /// Contact points of a group: how they respond in a substep, and impulses on them, point by point
 /// and pair by pair.
-#include "engine/solvers/articulated/group_pair.hpp"
+#include "engine/solvers/articulated/impulses/group_pair.hpp"
 
 namespace pantin::detail::articulated {
 

@@ -13,7 +13,7 @@
 //   torque from the parent = torque + torque_y y + torque_p t_p
 // The rows are eliminated first: t is what they prescribe and a turn along the free directions, so
 // that no number depends on how hard the other directions are to turn.
-#include "engine/solvers/articulated/conserving_joints.hpp"
+#include "engine/solvers/articulated/smooth/conserving_joints.hpp"
 
 #include <algorithm>
 

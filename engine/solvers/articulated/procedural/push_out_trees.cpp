@@ -1,0 +1,129 @@
+// The push-out of bodies by the rules of the paper: what has entered something is translated out of
+// it along the normals, and its joints are closed again. [Lee 2000, sec. 4.2]
+#include <algorithm>
+
+#include "engine/contact/contact.hpp"
+#include "engine/solvers/articulated/articulated.hpp"
+#include "engine/solvers/articulated/procedural/push_out.hpp"
+#include "engine/solvers/articulated/procedural/sweeps.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+/// Of an overlap that a step begins with, this fraction of the island's size is removed: what is
+/// pushed out further would leave with a speed.
+constexpr Real kShallowOverlap = 5e-3;
+/// Part of the island's size: a round that moves bodies by less is the last one.
+constexpr Real kPushedOut = 1e-6;
+/// Part of the size up to which a point touches.
+constexpr Real kTouching = 1e-12;
+
+/// A contact point of a body at the final poses.
+struct Touch {
+  Real depth = 0;  // m, to be removed
+  Vec3 slip{0};    // m, of the body on the other one since the start of the step
+};
+
+Touch touch_of(const World& world, const Island& a, const ContactRow& row, Real h) {
+  const Contact& c = contacts_of(world)[row.contact];
+  const Vec3 on_a = point_at(a, row.column, c.point_a, kFinalPoses);
+  const Vec3 on_b = point_on(world, c.slot_b, c.point_b);
+  const Real depth = glm::dot(c.normal, on_b - on_a);
+  const Real left = std::max(Real(0), -c.gap - kShallowOverlap * a.size);
+  const Vec3 slip = on_a - point_on(world, a.slots[row.column], c.point_a) -
+                    (on_b - point_before(world, c.slot_b, c.point_b, h)) + h * c.surface_velocity;
+  return {depth - left, slip - glm::dot(slip, c.normal) * c.normal};
+}
+
+/// Contacts of one body with what this solver does not move.
+std::span<const ContactRow> rows_of(const Island& a, std::size_t column) {
+  const std::vector<ContactRow>& rows = a.scratch.contact_rows;
+  const auto before = [](const ContactRow& row, std::size_t c) { return row.column < c; };
+  const auto first = std::lower_bound(rows.begin(), rows.end(), column, before);
+  return {first, std::lower_bound(first, rows.end(), column + 1, before)};
+}
+
+/// Translates a body out of what it has entered, and back along it by what friction bears: at most
+/// `friction` times the way out, over all rounds. Whether it moved.
+bool push_body(const World& world, Island& a, std::size_t column, Real h) {
+  HalfSpaces planes;
+  Vec3 slip(0);
+  Real deepest = -kTooFar, friction = 0;
+  int touching = 0;
+  PANTIN_ASSERT(column < a.scratch.pushes.size());
+  BodyPush& push = a.scratch.pushes[column];
+  for (const ContactRow& row : rows_of(a, column)) {
+    const Contact& c = contacts_of(world)[row.contact];
+    if (is_own(world, c.slot_b)) continue;
+    const Touch touch = touch_of(world, a, row, h);
+    if (touch.depth < -kTouching * a.size) continue;
+    planes.add(c.normal, touch.depth);
+    slip += touch.slip, ++touching;
+    if (touch.depth > deepest) deepest = touch.depth, friction = c.friction;
+  }
+  if (touching == 0) return false;
+  Vec3 way = push_out(planes);
+  push.out += glm::length(way);
+  const Vec3 all = push.held - slip / Real(touching);
+  const Real length = glm::length(all), most = friction * push.out;
+  const Vec3 held = length > most ? most / length * all : all;
+  way += held - push.held;
+  push.held = held;
+  a.scratch.work.set(kFinalPosition, column, a.scratch.work.vec(kFinalPosition, column) + way);
+  return glm::length(way) > kPushedOut * a.size;
+}
+
+/// From the leaves to the root: bodies are pushed out, and lead the ones that they hang on. Whether
+/// any moved.
+bool push_inwards(const World& world, Island& a, const Tree& tree, Real h) {
+  bool moved = false;
+  const std::size_t end = tree.first + tree.count;
+  std::vector<std::uint8_t>& leads = a.scratch.on_path;
+  PANTIN_ASSERT(end <= leads.size());
+  std::fill(leads.begin() + tree.first, leads.begin() + static_cast<std::ptrdiff_t>(end),
+            std::uint8_t(0));
+  for (std::size_t c = end; c-- > tree.first;) {
+    if (push_body(world, a, c, h)) leads[c] = 1;
+    if (leads[c] == 0) continue;
+    moved = true;
+    if (a.parents[c] < 0) continue;
+    lead_parent(a, c);
+    leads[static_cast<std::size_t>(a.parents[c])] = 1;
+  }
+  return moved;
+}
+
+/// What is left of the overlaps, and which contacts pushed.
+void report_push(World& world, const Island& a, Real h) {
+  for (const ContactRow& row : a.scratch.contact_rows) {
+    if (row.side < 0) continue;
+    Contact& c = contacts_of(world)[row.contact];
+    const Vec3 on_b = point_on(world, c.slot_b, c.point_b);
+    const Vec3 on_a = point_at(a, row.column, c.point_a, kFinalPoses);
+    c.depth = std::max(Real(0), glm::dot(c.normal, on_b - on_a)), c.force = c.torque = Vec3(0);
+    c.active = !is_own(world, c.slot_b) && a.scratch.pushes[row.column].out > 0 &&
+               touch_of(world, a, row, h).depth >= -kPushedOut * a.size;
+  }
+}
+
+}  // namespace
+
+void push_out_trees(World& world, Island& a, Real h) {
+  std::vector<ContactRow>& rows = a.scratch.contact_rows;
+  std::sort(rows.begin(), rows.end(), [](const ContactRow& x, const ContactRow& y) {
+    return x.column != y.column ? x.column < y.column : x.contact < y.contact;
+  });
+  std::fill(a.scratch.pushes.begin(), a.scratch.pushes.end(), BodyPush{});
+  for (int round = 0; round < a.settings.sweeps; ++round) {
+    bool moved = false;
+    for (const Tree& tree : a.trees) moved = push_inwards(world, a, tree, h) || moved;
+    if (!moved) break;
+    if (has_rows(a))
+      relax(world, a);
+    else
+      sweep_closed(world, a);
+  }
+  report_push(world, a, h);
+}
+
+}  // namespace pantin::detail::articulated
