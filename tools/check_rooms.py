@@ -30,7 +30,7 @@ OWNERS = {
                "tests/modes/box2d_rod_test.cpp"],
     "imgui": ["tools/"],
     "pantin/": ["engine/pantin/", "demos/", "tests/", "tools/"],
-    "CLI/": ["tools/"],
+    "CLI/": ["tools/pantin/command_line.cpp"],
     "fmt/": ["tools/"],
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s*(["<])([^">]+)[">]')

@@ -56,6 +56,9 @@ class Rooms(unittest.TestCase):
     def test_glm_comes_through_one_file(self):
         self.refused("engine/world/a.hpp", "#include <glm/vec3.hpp>", "engine/base/math.hpp")
 
+    def test_one_file_parses_the_command_line(self):
+        self.refused("tools/pantin/run.cpp", "#include <CLI/CLI.hpp>", "command_line.cpp")
+
     def test_an_unknown_room_is_named(self):
         code, out = self.check({"engine/utils/a.hpp": ""})
         self.assertEqual(code, 1)

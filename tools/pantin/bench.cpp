@@ -1,7 +1,6 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <fstream>
 #include <memory>
@@ -288,17 +287,17 @@ Exit codes: 0 ok, 2 usage or bad input, 3 diverged, 4 could not write, 130 inter
 
 }  // namespace
 
-void add_bench(CLI::App& program, int& exit_code) {
+void add_bench(CommandLine& program) {
   auto c = std::make_shared<BenchChoices>();
-  CLI::App* command = program.add_subcommand("bench", "Times the steps of scenes, drift beside");
-  command->add_option("scene", c->scenes, "scene files")->required()->type_name(kSceneType);
-  add_scene_choices(*command, c->how);
-  add_threads(*command, c->threads);
-  command->add_option("--repeat", c->repeat, "times each scene is run")->check(CLI::Range(1, 1000));
-  command->add_option("--csv", c->csv, "CSV file for the rows")->type_name(kFileType);
-  command->add_flag("--json", c->json, "print one JSON object instead of a table");
-  command->footer(kExamples);
-  command->callback([c, &exit_code] { exit_code = bench(*c); });
+  const Subcommand command = program.add("bench", "Times the steps of scenes, drift beside");
+  command.option("scene", c->scenes, "scene files").required().type(kSceneType);
+  add_scene_choices(command, c->how);
+  add_threads(command, c->threads);
+  command.option("--repeat", c->repeat, "times each scene is run").within(1, 1000);
+  command.option("--csv", c->csv, "CSV file for the rows").type(kFileType);
+  command.flag("--json", c->json, "print one JSON object instead of a table");
+  command.footer(kExamples);
+  command.runs([c] { return bench(*c); });
 }
 
 }  // namespace pantin::program

@@ -1,6 +1,5 @@
 #include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
@@ -267,15 +266,14 @@ Exit codes: 0 ok, 2 usage or bad input, 3 a check failed.)";
 
 }  // namespace
 
-void add_check(CLI::App& program, int& exit_code) {
+void add_check(CommandLine& program) {
   auto c = std::make_shared<CheckChoices>();
-  CLI::App* command =
-      program.add_subcommand("check", "Looks scenes over and tries their first steps");
-  command->add_option("scene", c->scenes, "scene files")->required()->type_name(kSceneType);
-  add_scene_choices(*command, c->how);
-  command->add_flag("--json", c->json, "print one JSON object instead of text");
-  command->footer(kExamples);
-  command->callback([c, &exit_code] { exit_code = check(*c); });
+  const Subcommand command = program.add("check", "Looks scenes over and tries their first steps");
+  command.option("scene", c->scenes, "scene files").required().type(kSceneType);
+  add_scene_choices(command, c->how);
+  command.flag("--json", c->json, "print one JSON object instead of text");
+  command.footer(kExamples);
+  command.runs([c] { return check(*c); });
 }
 
 }  // namespace pantin::program

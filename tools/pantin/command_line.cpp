@@ -3,9 +3,16 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>  // join, since fmt 11
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <filesystem>
+#include <iostream>
+#include <optional>
 #include <string_view>
+
+#include "engine/scene/words.hpp"
+#include "tools/pantin/exit.hpp"
 
 namespace pantin::program {
 
@@ -105,8 +112,8 @@ bool are_one(const NamedFile& a, const NamedFile& b) {
   return a.whole == b.whole || fs::equivalent(a.whole, b.whole, none);
 }
 
-}  // namespace
-
+/// Throws where a command was given one name for two files, one of which would take the other's
+/// place: for two outputs, or for an output and the scene.
 void check_files(const CLI::App& command) {
   const std::vector<NamedFile> files = files_of(command);
   for (std::size_t i = 0; i < files.size(); ++i)
@@ -117,15 +124,73 @@ void check_files(const CLI::App& command) {
                                                files[i].path, files[j].option));
 }
 
-std::vector<Command> commands_of(const CLI::App& program) {
-  std::vector<Command> commands{command_of(program)};
-  for (const CLI::App* sub : program.get_subcommands({})) commands.push_back(command_of(*sub));
-  return commands;
+/// What is wrong with a command line, in one line. A word that nobody asked for is named, with what
+/// it may have been meant for: CLI11 would rather speak of the command that is missing.
+std::string complaint_of(const CLI::App& program, const CLI::ParseError& error) {
+  const auto chosen = program.get_subcommands();
+  const CLI::App& command = chosen.empty() ? program : *chosen.front();
+  const std::vector<std::string> parameters = program.remaining(true);
+  const bool is_option = !parameters.empty() && parameters.front().starts_with('-');
+  const bool is_extra = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
+  if (parameters.empty() || (!chosen.empty() && !is_extra)) return error.what();
+  const std::string& word = parameters.front();
+  std::vector<std::string> known;
+  if (chosen.empty())
+    for (const CLI::App* sub : program.get_subcommands({})) known.push_back(sub->get_name());
+  const std::string commands = fmt::format("{}", fmt::join(known, ", "));
+  for (const CLI::Option* option : command.get_options())
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  const std::vector<std::string_view> candidates(known.begin(), known.end());
+  return fmt::format("found \"{}\", expected {}{}", word,
+                     is_option || !chosen.empty() ? "one of the options" : "one of " + commands,
+                     pantin::detail::hint(word, candidates));
 }
 
-CLI::Validator named(std::initializer_list<const char*> endings) {
+/// Whether a word stands on the command line that nobody asked for: it is no mere call for help.
+bool has_stray_words(const CLI::App& program) { return !program.remaining(true).empty(); }
+
+}  // namespace
+
+// ---- What a command takes -----------------------------------------------------------------------
+
+const Option& Option::required() const {
+  option_->required();
+  return *this;
+}
+
+const Option& Option::type(const char* name) const {
+  option_->type_name(name);
+  return *this;
+}
+
+const Option& Option::one_of(const std::vector<std::string>& words) const {
+  option_->check(CLI::IsMember(words));
+  return *this;
+}
+
+const Option& Option::within(int least, int most) const {
+  option_->check(CLI::Range(least, most));
+  return *this;
+}
+
+const Option& Option::between(double least, double most) const {
+  option_->check(CLI::Validator(
+      [least, most](std::string& text) {
+        double x = 0;
+        const char* end = text.data() + text.size();
+        const auto read = std::from_chars(text.data(), end, x);
+        // A comparison that holds, so that no NaN passes.
+        if (read.ec == std::errc() && read.ptr == end && x >= least && x <= most)
+          return std::string();
+        return fmt::format("found \"{}\", expected a number from {} to {}", text, least, most);
+      },
+      fmt::format("in [{} - {}]", least, most)));
+  return *this;
+}
+
+const Option& Option::ends_in(std::initializer_list<const char*> endings) const {
   const std::vector<std::string> known(endings.begin(), endings.end());
-  return CLI::Validator(
+  option_->check(CLI::Validator(
       [known](std::string& text) {
         const bool fits = std::any_of(known.begin(), known.end(), [&](const std::string& ending) {
           return text.size() > ending.size() && text.ends_with(ending);
@@ -134,7 +199,124 @@ CLI::Validator named(std::initializer_list<const char*> endings) {
                     : fmt::format("found \"{}\", expected a name that ends in {}", text,
                                   fmt::join(known, " or "));
       },
-      fmt::format("{}", fmt::join(known, "|")));
+      fmt::format("{}", fmt::join(known, "|"))));
+  return *this;
 }
+
+const Option& Option::read_as(const std::function<std::string(std::string)>& word) const {
+  option_->transform(word);
+  return *this;
+}
+
+const Option& Option::separated_by(char delimiter) const {
+  option_->delimiter(delimiter);
+  return *this;
+}
+
+const Option& Option::count(int values) const {
+  option_->expected(values);
+  return *this;
+}
+
+const Option& Option::shows_default() const {
+  option_->capture_default_str();
+  return *this;
+}
+
+const Option& Option::excludes(const Option& other) const {
+  option_->excludes(other.option_);
+  return *this;
+}
+
+template <typename T>
+Option Subcommand::option(const char* name, T& value, const std::string& about) const {
+  return Option(*parser_->add_option(name, value, about));
+}
+template Option Subcommand::option(const char*, int&, const std::string&) const;
+template Option Subcommand::option(const char*, double&, const std::string&) const;
+template Option Subcommand::option(const char*, std::string&, const std::string&) const;
+template Option Subcommand::option(const char*, std::optional<int>&, const std::string&) const;
+template Option Subcommand::option(const char*, std::optional<double>&, const std::string&) const;
+template Option Subcommand::option(const char*, std::optional<std::string>&,
+                                   const std::string&) const;
+template Option Subcommand::option(const char*, std::vector<double>&, const std::string&) const;
+template Option Subcommand::option(const char*, std::vector<std::string>&,
+                                   const std::string&) const;
+
+Option Subcommand::flag(const char* name, bool& value, const std::string& about) const {
+  return Option(*parser_->add_flag(name, value, about));
+}
+
+Option Subcommand::added(const char* name) const { return Option(*parser_->get_option(name)); }
+
+void Subcommand::footer(const char* text) const { parser_->footer(text); }
+
+void Subcommand::runs(std::function<int()> action) const {
+  parser_->callback([action = std::move(action), code = exit_code_] { *code = action(); });
+}
+
+// ---- The program --------------------------------------------------------------------------------
+
+CommandLine::CommandLine(const Texts& texts)
+    : parser_(std::make_unique<CLI::App>(texts.about, "pantin")) {
+  parser_->set_version_flag("--version", texts.version);
+  parser_->footer(texts.footer);
+  parser_->require_subcommand(1);
+  parser_->get_formatter()->column_width(30);
+}
+
+CommandLine::~CommandLine() = default;
+
+Subcommand CommandLine::add(const char* name, const char* about) {
+  CLI::App* command = parser_->add_subcommand(name, about);
+  command->parse_complete_callback([command] { check_files(*command); });
+  return Subcommand(*command, exit_code_);
+}
+
+std::vector<std::string> CommandLine::names() const {
+  std::vector<std::string> names;
+  for (const CLI::App* sub : parser_->get_subcommands({})) names.push_back(sub->get_name());
+  return names;
+}
+
+std::vector<Command> CommandLine::described() const {
+  std::vector<Command> commands{command_of(*parser_)};
+  for (const CLI::App* sub : parser_->get_subcommands({})) commands.push_back(command_of(*sub));
+  return commands;
+}
+
+std::string CommandLine::version() const { return parser_->version(); }
+
+std::string CommandLine::help() const {
+  // Its own help() would be that of the command at work, which may be `help`.
+  return parser_->get_formatter()->make_help(parser_.get(), "pantin", CLI::AppFormatMode::Normal);
+}
+
+std::string CommandLine::help(const std::string& command) const {
+  return parser_->get_subcommand(command)->help("pantin");
+}
+
+int CommandLine::run(int argc, char** argv) {
+  if (argc == 1) {
+    fmt::print("{}", parser_->help());
+    return kOk;
+  }
+  try {
+    parser_->parse(argc, argv);
+    return exit_code_;
+  } catch (const CLI::ParseError& e) {
+    // --help, --version
+    if (e.get_exit_code() == 0 && !has_stray_words(*parser_)) return parser_->exit(e);
+    // One line, and where to read more.
+    const auto chosen = parser_->get_subcommands();
+    const std::string who = chosen.empty() ? "pantin" : "pantin " + chosen.front()->get_name();
+    const CLI::ExtrasError strays(who, parser_->remaining(true));
+    const CLI::ParseError& why = e.get_exit_code() == 0 ? strays : e;
+    fmt::print(stderr, "{}: {}; see {} --help\n", who, complaint_of(*parser_, why), who);
+    return kUsage;
+  }
+}
+
+const char* parser_version() { return CLI11_VERSION; }
 
 }  // namespace pantin::program

@@ -249,20 +249,18 @@ Exit codes: 0 ok, 2 usage.)help";
 
 }  // namespace
 
-void add_completion(CLI::App& program, int& exit_code) {
+void add_completion(CommandLine& program) {
   auto shell = std::make_shared<std::string>();
-  CLI::App* command =
-      program.add_subcommand("completion", "Prints a script by which a shell completes");
-  command->add_option("shell", *shell, "which one")
-      ->required()
-      ->check(CLI::IsMember({"bash", "zsh", "fish"}));
-  command->footer(kExamples);
-  command->callback([shell, &program, &exit_code] {
-    const std::vector<Command> commands = commands_of(program);
+  const Subcommand command =
+      program.add("completion", "Prints a script by which a shell completes");
+  command.option("shell", *shell, "which one").required().one_of({"bash", "zsh", "fish"});
+  command.footer(kExamples);
+  command.runs([shell, &program] {
+    const std::vector<Command> commands = program.described();
     fmt::print("{}", *shell == "bash"  ? bash_script(commands)
                      : *shell == "zsh" ? zsh_script(commands)
                                        : fish_script(commands));
-    exit_code = kOk;
+    return kOk;
   });
 }
 

@@ -1,7 +1,6 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <chrono>
 #include <cstdio>
@@ -10,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/solvers/articulated/kernels.hpp"
+#include "tools/pantin/command_line.hpp"
 #include "tools/pantin/program.hpp"
 
 #ifdef PANTIN_HAS_RENDER
@@ -111,7 +111,7 @@ Json examine() {
                           GLM_VERSION_REVISION)},
       {"nlohmann_json", fmt::format("{}.{}.{}", NLOHMANN_JSON_VERSION_MAJOR,
                                     NLOHMANN_JSON_VERSION_MINOR, NLOHMANN_JSON_VERSION_PATCH)},
-      {"CLI11", CLI11_VERSION},
+      {"CLI11", parser_version()},
       {"fmt",
        fmt::format("{}.{}.{}", FMT_VERSION / 10000, FMT_VERSION / 100 % 100, FMT_VERSION % 100)}};
 #ifdef PANTIN_HAS_RENDER
@@ -193,15 +193,15 @@ Exit codes: 0 ok, 2 usage.)";
 
 }  // namespace
 
-void add_doctor(CLI::App& program, int& exit_code) {
+void add_doctor(CommandLine& program) {
   auto json = std::make_shared<bool>(false);
-  CLI::App* command = program.add_subcommand("doctor", "Tells what works on this machine");
-  command->add_flag("--json", *json, "print one JSON object instead of text");
-  command->footer(kExamples);
-  command->callback([json, &exit_code] {
+  const Subcommand command = program.add("doctor", "Tells what works on this machine");
+  command.flag("--json", *json, "print one JSON object instead of text");
+  command.footer(kExamples);
+  command.runs([json] {
     const Json found = examine();
     *json ? print_json(found) : print_findings(found);
-    exit_code = kOk;
+    return kOk;
   });
 }
 

@@ -78,13 +78,13 @@ void add_arguments(std::string& page, const std::vector<Argument>& arguments) {
   }
 }
 
-std::string manual(const CLI::App& program, const std::string& version) {
-  const std::vector<Command> commands = commands_of(program);
+std::string manual(const CommandLine& program) {
+  const std::vector<Command> commands = program.described();
   const Command& whole = commands.front();
   std::string page = fmt::format(
       ".TH PANTIN 1 \"\" \"{}\" \"User Commands\"\n.SH NAME\npantin \\- {}\n.SH SYNOPSIS\n"
       ".B pantin\n.I COMMAND\n[\\fIOPTIONS\\fR] ...\n.SH OPTIONS\n",
-      version, escaped(whole.about));
+      program.version(), escaped(whole.about));
   add_arguments(page, whole.options);
   page += ".SH COMMANDS\n";
   for (std::size_t i = 1; i < commands.size(); ++i) {
@@ -111,29 +111,23 @@ Exit codes: 0 ok, 2 usage.)";
 
 }  // namespace
 
-void add_help(CLI::App& program, int& exit_code) {
+void add_help(CommandLine& program) {
   struct Choices {
     std::string command;
     bool man = false;
   };
   auto choices = std::make_shared<Choices>();
-  std::vector<std::string> names{"help"};
-  for (const CLI::App* sub : program.get_subcommands({})) names.push_back(sub->get_name());
-  CLI::App* command = program.add_subcommand("help", "Prints this help, or that of a command");
-  command->add_option("command", choices->command, "which one")->check(CLI::IsMember(names));
-  command->add_flag("--man", choices->man, "print the manual page, in roff");
-  command->footer(kExamples);
-  command->callback([choices, &program, &exit_code] {
-    if (choices->man) {
-      fmt::print("{}", manual(program, program.version()));
-    } else if (!choices->command.empty()) {
-      fmt::print("{}", program.get_subcommand(choices->command)->help("pantin"));
-    } else {
-      // Its own help() would be that of the command at work, this one.
-      fmt::print(
-          "{}", program.get_formatter()->make_help(&program, "pantin", CLI::AppFormatMode::Normal));
-    }
-    exit_code = kOk;
+  std::vector<std::string> names = program.names();
+  names.insert(names.begin(), "help");
+  const Subcommand command = program.add("help", "Prints this help, or that of a command");
+  command.option("command", choices->command, "which one").one_of(names);
+  command.flag("--man", choices->man, "print the manual page, in roff");
+  command.footer(kExamples);
+  command.runs([choices, &program] {
+    fmt::print("{}", choices->man               ? manual(program)
+                     : choices->command.empty() ? program.help()
+                                                : program.help(choices->command));
+    return kOk;
   });
 }
 

@@ -2,10 +2,8 @@
 
 #include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "engine/scene/words.hpp"
 #include "tools/pantin/command_line.hpp"
@@ -117,73 +115,68 @@ friction, a contact that should stick and slips, one that is lost, a choice amon
 
 Exit codes: 0 ok, 1 not possible here, 2 usage or bad input, 4 could not write.)";
 
-void add_friction(CLI::App& command, ModesChoices& c) {
-  command.add_option("--lamina", c.lamina, "which one; default: the first");
+void add_friction(const Subcommand& command, ModesChoices& c) {
+  command.option("--lamina", c.lamina, "which one; default: the first");
   command
-      .add_option("--mu", c.mu,
-                  "friction of all fingers, or of each: 0.3 or 0.3,0.4,0.5; default: as they say")
-      ->delimiter(',')
-      ->check(between(0, 1e6));
-  command.add_flag("--uncertain", c.uncertain,
-                   "probabilities and worst cases where fingers have \"friction_between\"");
-  command.add_flag("--advise", c.advise,
-                   "the smallest move of one finger along its edge that makes a mode certain");
+      .option("--mu", c.mu,
+              "friction of all fingers, or of each: 0.3 or 0.3,0.4,0.5; default: as they say")
+      .separated_by(',')
+      .between(0, 1e6);
+  command.flag("--uncertain", c.uncertain,
+               "probabilities and worst cases where fingers have \"friction_between\"");
+  command.flag("--advise", c.advise,
+               "the smallest move of one finger along its edge that makes a mode certain");
 }
 
-void add_outputs(CLI::App& command, ModesChoices& c) {
-  command.add_option("--map", c.axes, "map over two coefficients, as in mu1,mu2")
-      ->type_name("MU,MU");
-  command.add_option("--range", c.range, "of the map's coefficients, default 0,1")
-      ->delimiter(',')
-      ->expected(2)
-      ->check(between(0, 1e6));
-  command.add_option("--size", c.size, "columns of a map, default 256")->check(CLI::Range(2, 4096));
-  command.add_option("--out", c.out, "draw the map, or the comparison, into this file instead")
-      ->check(named({".svg", ".png", ".csv"}))
-      ->type_name(kFileType);
-  command.add_option("--path", c.path, "write the bound of friction along the motion")
-      ->check(named({".csv"}))
-      ->type_name(kFileType);
+void add_outputs(const Subcommand& command, ModesChoices& c) {
+  command.option("--map", c.axes, "map over two coefficients, as in mu1,mu2").type("MU,MU");
+  command.option("--range", c.range, "of the map's coefficients, default 0,1")
+      .separated_by(',')
+      .count(2)
+      .between(0, 1e6);
+  command.option("--size", c.size, "columns of a map, default 256").within(2, 4096);
+  command.option("--out", c.out, "draw the map, or the comparison, into this file instead")
+      .ends_in({".svg", ".png", ".csv"})
+      .type(kFileType);
+  command.option("--path", c.path, "write the bound of friction along the motion")
+      .ends_in({".csv"})
+      .type(kFileType);
+  command.option("--move", c.move, "move it, and write its motion: a table, or a scene to be drawn")
+      .ends_in({".csv", ".json"})
+      .type(kFileType);
   command
-      .add_option("--move", c.move,
-                  "move it, and write its motion: a table, or a scene to be drawn")
-      ->check(named({".csv", ".json"}))
-      ->type_name(kFileType);
-  command
-      .add_option("--at", c.at,
-                  "the modes, map or advice at this time of the scene's run, s; default 0")
-      ->check(between(0, 1e6));
-  command.add_option("--against", c.against, "compare the motion with another model")
-      ->check(CLI::IsMember({"dynamics"}));
-  command.add_option("--samples", c.samples, "rows of --path and --move, default 101")
-      ->check(CLI::Range(2, 1'000'000));
-  command.add_option("--duration", c.duration, "of the motion, s; default: the scene's")
-      ->check(between(1e-9, 1e6));
-  command.add_flag("--json", c.json, "print one JSON object instead of text");
+      .option("--at", c.at,
+              "the modes, map or advice at this time of the scene's run, s; default 0")
+      .between(0, 1e6);
+  command.option("--against", c.against, "compare the motion with another model")
+      .one_of({"dynamics"});
+  command.option("--samples", c.samples, "rows of --path and --move, default 101")
+      .within(2, 1'000'000);
+  command.option("--duration", c.duration, "of the motion, s; default: the scene's")
+      .between(1e-9, 1e6);
+  command.flag("--json", c.json, "print one JSON object instead of text");
 }
 
 }  // namespace
 
-void add_modes(CLI::App& program, int& exit_code) {
+void add_modes(CommandLine& program) {
   auto c = std::make_shared<ModesChoices>();
-  CLI::App* command =
-      program.add_subcommand("modes", "Tells which contacts stick or slide, for which friction");
-  command->add_option("scene", c->scene, "a scene file with \"laminas\"")
-      ->required()
-      ->type_name(kSceneType);
-  add_friction(*command, *c);
-  add_outputs(*command, *c);
-  CLI::Option *map = command->get_option("--map"), *path = command->get_option("--path"),
-              *move = command->get_option("--move"), *against = command->get_option("--against"),
-              *uncertain = command->get_option("--uncertain"),
-              *advise = command->get_option("--advise"), *out = command->get_option("--out");
-  const std::vector<CLI::Option*> answers{map, path, move, against, uncertain, advise};
-  for (std::size_t i = 0; i < answers.size(); ++i)
-    for (std::size_t k = 0; k < i; ++k) answers[i]->excludes(answers[k]);
-  for (CLI::Option* other : {path, move, uncertain, advise}) out->excludes(other);
-  for (CLI::Option* other : {path, move, against}) command->get_option("--at")->excludes(other);
-  command->footer(kExamples);
-  command->callback([c, &exit_code] { exit_code = modes(*c); });
+  const Subcommand command =
+      program.add("modes", "Tells which contacts stick or slide, for which friction");
+  command.option("scene", c->scene, "a scene file with \"laminas\"").required().type(kSceneType);
+  add_friction(command, *c);
+  add_outputs(command, *c);
+  constexpr const char* kAnswers[] = {"--map",     "--path",      "--move",
+                                      "--against", "--uncertain", "--advise"};
+  for (std::size_t i = 0; i < std::size(kAnswers); ++i)
+    for (std::size_t k = 0; k < i; ++k)
+      command.added(kAnswers[i]).excludes(command.added(kAnswers[k]));
+  for (const char* other : {"--path", "--move", "--uncertain", "--advise"})
+    command.added("--out").excludes(command.added(other));
+  for (const char* other : {"--path", "--move", "--against"})
+    command.added("--at").excludes(command.added(other));
+  command.footer(kExamples);
+  command.runs([c] { return modes(*c); });
 }
 
 }  // namespace pantin::program

@@ -1,6 +1,5 @@
 #include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -148,22 +147,20 @@ Exit codes: 0 ok, 2 usage or a file that is there already, 4 could not write.)";
 
 }  // namespace
 
-void add_new(CLI::App& program, int& exit_code) {
+void add_new(CommandLine& program) {
   auto choices = std::make_shared<NewChoices>();
-  CLI::App* command = program.add_subcommand("new", "Writes a small scene to begin with");
-  command->add_option("SCENE", choices->path, "the file to write")
-      ->required()
-      ->type_name(kSceneType);
+  const Subcommand command = program.add("new", "Writes a small scene to begin with");
+  command.option("SCENE", choices->path, "the file to write").required().type(kSceneType);
   std::vector<std::string> names;
   std::string about = "which one:";
   for (const Template& t : kTemplates) {
     names.emplace_back(t.name);
     about += fmt::format("{} {} ({})", names.size() > 1 ? "," : "", t.name, t.about);
   }
-  command->add_option("--from", choices->from, about)->check(CLI::IsMember(names));
-  command->add_flag("--replace", choices->replace, "write over a file that is there");
-  command->footer(kExamples);
-  command->callback([choices, &exit_code] { exit_code = write_new(*choices); });
+  command.option("--from", choices->from, about).one_of(names);
+  command.flag("--replace", choices->replace, "write over a file that is there");
+  command.footer(kExamples);
+  command.runs([choices] { return write_new(*choices); });
 }
 
 }  // namespace pantin::program

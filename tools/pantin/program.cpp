@@ -1,10 +1,9 @@
 #include "tools/pantin/program.hpp"
 
-#include <fmt/ranges.h>
+#include <fmt/format.h>
 #include <time.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
 #include <chrono>
@@ -76,64 +75,6 @@ double now() {
   using Clock = std::chrono::steady_clock;
   return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
 }
-
-/// The solver's name today for a word of the command line; warns of an old one.
-std::string solver_of_today(const std::string& word) {
-  if (word != "paper") return word;
-  print_error("warning: --solver: \"paper\" is called \"procedural\" today");
-  return "procedural";
-}
-
-}  // namespace
-
-CLI::Validator between(double least, double most) {
-  return CLI::Validator(
-      [least, most](std::string& text) {
-        double x = 0;
-        const char* end = text.data() + text.size();
-        const auto read = std::from_chars(text.data(), end, x);
-        // A comparison that holds, so that no NaN passes.
-        if (read.ec == std::errc() && read.ptr == end && x >= least && x <= most)
-          return std::string();
-        return fmt::format("found \"{}\", expected a number from {} to {}", text, least, most);
-      },
-      fmt::format("in [{} - {}]", least, most));
-}
-
-void add_scene_choices(CLI::App& command, SceneChoices& choices) {
-  command
-      .add_option("--solver", choices.solver,
-                  "auto, sweep, shake2, procedural or lagrangian; for the whole scene")
-      ->check(CLI::IsMember({"auto", "sweep", "shake2", "procedural", "lagrangian", "planar"}))
-      ->transform(solver_of_today);
-  const std::vector<std::string> integrators(std::begin(kIntegratorNames),
-                                             std::end(kIntegratorNames));
-  command
-      .add_option("--integrator", choices.integrator,
-                  fmt::format("of lagrangian: {}", fmt::join(integrators, ", ")))
-      ->check(CLI::IsMember(integrators));
-  command
-      .add_option("--tolerance", choices.tolerance,
-                  "of lagrangian with rk4 or radau: divide steps so that each errs by less")
-      ->check(between(1e-15, 1.0));
-  command
-      .add_option("--stabilisation", choices.stabilisation,
-                  "of lagrangian: projection, baumgarte or none")
-      ->check(CLI::IsMember({"projection", "baumgarte", "none"}));
-  command.add_option("--step", choices.step, "step length in seconds, up to 1")
-      ->check(between(1e-6, 1.0));
-  command.add_option("--substeps", choices.substeps, "equal parts each step is taken in")
-      ->check(CLI::Range(1, 1000));
-  command.add_option("--duration", choices.duration, "simulated seconds")
-      ->check(between(1e-6, 1e6));
-}
-
-void add_threads(CLI::App& command, int& threads) {
-  command.add_option("--threads", threads, "threads for independent islands; same result")
-      ->check(CLI::Range(1, 256));
-}
-
-namespace {
 
 /// Joints of an island that cannot be closed together, by their names, a line for each island at
 /// the first of them. Joints that stand at a mirrored root are a warning.

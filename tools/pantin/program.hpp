@@ -9,42 +9,30 @@
 
 #include "engine/runtime/simulation.hpp"
 #include "engine/scene/scene.hpp"
-
-// Whole in the units that need them only: both libraries take seconds to compile.
-namespace CLI {
-class App;
-class Validator;
-}  // namespace CLI
+#include "tools/pantin/exit.hpp"
 
 namespace pantin::program {
+
+class CommandLine;
+class Subcommand;
 
 using namespace detail;
 
 using Json = nlohmann::ordered_json;
 
-/// Exit codes, the same for every subcommand.
-enum Exit : int {
-  kOk = 0,
-  kFailed = 1,      // the run could not be made
-  kUsage = 2,       // usage or bad input
-  kDiverged = 3,    // diverged, or a check failed
-  kUnwritable = 4,  // a result could not be written
-  kInterrupted = 130
-};
-
-/// Each adds its subcommand to the program; the exit code is set when it has run.
-void add_run(CLI::App& program, int& exit_code);
-void add_check(CLI::App& program, int& exit_code);
-void add_bench(CLI::App& program, int& exit_code);
-void add_doctor(CLI::App& program, int& exit_code);
-void add_view(CLI::App& program, int& exit_code);
-void add_modes(CLI::App& program, int& exit_code);
-void add_schema(CLI::App& program, int& exit_code);
-void add_surface(CLI::App& program, int& exit_code);
-void add_new(CLI::App& program, int& exit_code);
-void add_completion(CLI::App& program, int& exit_code);
+/// Each adds its subcommand to the program.
+void add_run(CommandLine& program);
+void add_check(CommandLine& program);
+void add_bench(CommandLine& program);
+void add_doctor(CommandLine& program);
+void add_view(CommandLine& program);
+void add_modes(CommandLine& program);
+void add_schema(CommandLine& program);
+void add_surface(CommandLine& program);
+void add_new(CommandLine& program);
+void add_completion(CommandLine& program);
 /// The last: it knows all the others.
-void add_help(CLI::App& program, int& exit_code);
+void add_help(CommandLine& program);
 
 /// The JSON Schema of scene files, laid out to be read.
 std::string schema_text();
@@ -56,13 +44,11 @@ struct SceneChoices {
   std::optional<double> tolerance;       // of a step
   std::optional<int> substeps;
 };
-/// A finite number from `least` to `most`.
-CLI::Validator between(double least, double most);
 /// --solver, --integrator, --tolerance, --stabilisation, --step, --substeps, --duration, with their
 /// bounds.
-void add_scene_choices(CLI::App& command, SceneChoices& choices);
+void add_scene_choices(const Subcommand& command, SceneChoices& choices);
 /// --threads.
-void add_threads(CLI::App& command, int& threads);
+void add_threads(const Subcommand& command, int& threads);
 
 /// Of a step whose status is contact_lost: what happened, at which joint of which body, and, where
 /// surfaces fit one another, what to use instead.

@@ -1,6 +1,5 @@
 #include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -442,50 +441,47 @@ Exit codes: 0 ok, 1 failed run, 2 usage or bad input, 3 diverged, energy grew or
 
 }  // namespace
 
-void add_run(CLI::App& program, int& exit_code) {
+void add_run(CommandLine& program) {
   auto c = std::make_shared<RunChoices>();
-  CLI::App* command = program.add_subcommand("run", "Runs a scene; writes frames, video, a record");
-  command->add_option("scene", c->scene, "scene file")->required()->type_name(kSceneType);
-  add_scene_choices(*command, c->how);
-  add_threads(*command, c->threads);
-  command->add_option("--record", c->record, "CSV file: poses, velocities, gaps, energy, momentum")
-      ->type_name(kFileType);
+  const Subcommand command = program.add("run", "Runs a scene; writes frames, video, a record");
+  command.option("scene", c->scene, "scene file").required().type(kSceneType);
+  add_scene_choices(command, c->how);
+  add_threads(command, c->threads);
+  command.option("--record", c->record, "CSV file: poses, velocities, gaps, energy, momentum")
+      .type(kFileType);
   command
-      ->add_option("--load", c->load,
-                   "goes on from a state that --save wrote, with this scene's step")
-      ->type_name(kFileType);
-  command->add_option("--save", c->save, "file for the state at the end, to go on from with --load")
-      ->type_name(kFileType);
-  command->add_option("--frames", c->pictures.frames, "folder for frame_000000.png and so on")
-      ->type_name(kFolderType);
-  command->add_option("--video", c->pictures.video, "video file, .mp4 or .mkv (needs ffmpeg)")
-      ->check(named({".mp4", ".mkv"}))
-      ->type_name(kFileType);
+      .option("--load", c->load, "goes on from a state that --save wrote, with this scene's step")
+      .type(kFileType);
+  command.option("--save", c->save, "file for the state at the end, to go on from with --load")
+      .type(kFileType);
+  command.option("--frames", c->pictures.frames, "folder for frame_000000.png and so on")
+      .type(kFolderType);
+  command.option("--video", c->pictures.video, "video file, .mp4 or .mkv (needs ffmpeg)")
+      .ends_in({".mp4", ".mkv"})
+      .type(kFileType);
   command
-      ->add_option("--gif", c->pictures.gif,
-                   "moving picture, .gif (needs ffmpeg); without --size at most 640 pixels wide, "
-                   "without --fps at most 25 pictures a second")
-      ->check(named({".gif"}))
-      ->type_name(kFileType);
-  command->add_option("--strip", c->pictures.strip, "one PNG with frames of the run side by side")
-      ->type_name(kFileType);
-  command
-      ->add_option("--strip-columns", c->pictures.strip_columns, "pictures in a row of the strip")
-      ->check(CLI::Range(1, 20));
-  command->add_option("--strip-rows", c->pictures.strip_rows, "rows of the strip")
-      ->check(CLI::Range(1, 20));
-  command->add_option("--size", c->pictures.size, "in pixels; by default the scene's")
-      ->type_name("WIDTHxHEIGHT");
-  command->add_option("--fps", c->pictures.fps, "frames a second; by default the scene's")
-      ->check(between(0.1, 1000.0));
-  command->add_option("--gl", c->pictures.gl, "way to OpenGL: auto, surfaceless, device or osmesa")
-      ->check(CLI::IsMember({"auto", "surfaceless", "device", "osmesa"}));
-  command->add_flag("--overlay", c->pictures.overlay, "draw joints, axes and pins");
-  command->add_flag("--hash", c->hash, "print the 64-bit hash of the final state");
-  command->add_flag("--strict", c->strict, "exit code 3 where there are findings");
-  command->add_flag("--json", c->json, "print one JSON object instead of text");
-  command->footer(kExamples);
-  command->callback([c, &exit_code] { exit_code = run(*c); });
+      .option("--gif", c->pictures.gif,
+              "moving picture, .gif (needs ffmpeg); without --size at most 640 pixels wide, "
+              "without --fps at most 25 pictures a second")
+      .ends_in({".gif"})
+      .type(kFileType);
+  command.option("--strip", c->pictures.strip, "one PNG with frames of the run side by side")
+      .type(kFileType);
+  command.option("--strip-columns", c->pictures.strip_columns, "pictures in a row of the strip")
+      .within(1, 20);
+  command.option("--strip-rows", c->pictures.strip_rows, "rows of the strip").within(1, 20);
+  command.option("--size", c->pictures.size, "in pixels; by default the scene's")
+      .type("WIDTHxHEIGHT");
+  command.option("--fps", c->pictures.fps, "frames a second; by default the scene's")
+      .between(0.1, 1000.0);
+  command.option("--gl", c->pictures.gl, "way to OpenGL: auto, surfaceless, device or osmesa")
+      .one_of({"auto", "surfaceless", "device", "osmesa"});
+  command.flag("--overlay", c->pictures.overlay, "draw joints, axes and pins");
+  command.flag("--hash", c->hash, "print the 64-bit hash of the final state");
+  command.flag("--strict", c->strict, "exit code 3 where there are findings");
+  command.flag("--json", c->json, "print one JSON object instead of text");
+  command.footer(kExamples);
+  command.runs([c] { return run(*c); });
 }
 
 }  // namespace pantin::program

@@ -2,7 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -57,12 +56,12 @@ Exit codes: 0 ok, 2 usage, 4 could not write.)";
 
 std::string schema_text() { return laid_out(Json::parse(scene_schema()), 0, 0) + "\n"; }
 
-void add_schema(CLI::App& program, int& exit_code) {
+void add_schema(CommandLine& program) {
   auto path = std::make_shared<std::string>();
-  CLI::App* command = program.add_subcommand("schema", "Prints the JSON Schema of scene files");
-  command->add_option("--out", *path, "write it to this file instead")->type_name(kFileType);
-  command->footer(kExamples);
-  command->callback([path, &exit_code] { exit_code = schema(*path); });
+  const Subcommand command = program.add("schema", "Prints the JSON Schema of scene files");
+  command.option("--out", *path, "write it to this file instead").type(kFileType);
+  command.footer(kExamples);
+  command.runs([path] { return schema(*path); });
 }
 
 }  // namespace pantin::program

@@ -7,7 +7,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -330,23 +329,23 @@ Exit codes: 0 ok, 1 no picture could be made, 2 usage or bad input, 4 could not 
 
 }  // namespace
 
-void add_surface(CLI::App& program, int& exit_code) {
+void add_surface(CommandLine& program) {
   auto c = std::make_shared<SurfaceChoices>();
-  CLI::App* command =
-      program.add_subcommand("surface", "Checks NURBS surfaces; reads them from STEP and IGES");
-  command->add_option("file", c->file, "JSON, STEP or IGES")->required()->type_name(kFileType);
-  command->add_option("--out", c->out, "write it as JSON, or as STEP or IGES, by the name's ending")
-      ->check(named({".json", ".step", ".stp", ".iges", ".igs"}))
-      ->type_name(kFileType);
-  command->add_option("--picture", c->picture, "draw it into this PNG file")
-      ->check(named({".png"}))
-      ->type_name(kFileType);
-  command->add_option("--size", c->size, "of the picture, in pixels")
-      ->type_name("WIDTHxHEIGHT")
-      ->capture_default_str();
-  command->add_flag("--json", c->json, "print one JSON object instead of text");
-  command->footer(kExamples);
-  command->callback([c, &exit_code] { exit_code = surface(*c); });
+  const Subcommand command =
+      program.add("surface", "Checks NURBS surfaces; reads them from STEP and IGES");
+  command.option("file", c->file, "JSON, STEP or IGES").required().type(kFileType);
+  command.option("--out", c->out, "write it as JSON, or as STEP or IGES, by the name's ending")
+      .ends_in({".json", ".step", ".stp", ".iges", ".igs"})
+      .type(kFileType);
+  command.option("--picture", c->picture, "draw it into this PNG file")
+      .ends_in({".png"})
+      .type(kFileType);
+  command.option("--size", c->size, "of the picture, in pixels")
+      .type("WIDTHxHEIGHT")
+      .shows_default();
+  command.flag("--json", c->json, "print one JSON object instead of text");
+  command.footer(kExamples);
+  command.runs([c] { return surface(*c); });
 }
 
 }  // namespace pantin::program

@@ -1,6 +1,5 @@
 #include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "engine/base/utf8.hpp"
@@ -184,30 +183,29 @@ Exit codes: 0 ok, 1 no window or no OpenGL, 2 usage or bad input, 3 diverged or 
 
 }  // namespace
 
-void add_view(CLI::App& program, int& exit_code) {
+void add_view(CommandLine& program) {
   auto o = std::make_shared<ViewOptions>();
-  CLI::App* command =
-      program.add_subcommand("view", "Shows a scene in a window, where the mouse drags bodies");
-  command->add_option("scene", o->scene, "scene file")->required()->type_name(kSceneType);
-  add_scene_choices(*command, o->how);
-  add_threads(*command, o->threads);
-  command->add_option("--script", o->script, "JSON file of events instead of a user's")
-      ->type_name("FILE:.json");
-  command->add_option("--size", o->size, "in pixels; by default the scene's")
-      ->type_name("WIDTHxHEIGHT");
-  command->add_option("--beside", o->beside, "a second solver that runs beside the scene's own")
-      ->check(CLI::IsMember({"auto", "sweep", "shake2", "procedural", "lagrangian", "planar"}));
+  const Subcommand command =
+      program.add("view", "Shows a scene in a window, where the mouse drags bodies");
+  command.option("scene", o->scene, "scene file").required().type(kSceneType);
+  add_scene_choices(command, o->how);
+  add_threads(command, o->threads);
+  command.option("--script", o->script, "JSON file of events instead of a user's")
+      .type("FILE:.json");
+  command.option("--size", o->size, "in pixels; by default the scene's").type("WIDTHxHEIGHT");
+  command.option("--beside", o->beside, "a second solver that runs beside the scene's own")
+      .one_of({"auto", "sweep", "shake2", "procedural", "lagrangian", "planar"});
   command
-      ->add_option("--panel", o->panel,
-                   "buttons, sliders and plots: on, off, or auto: with a user, not with a script")
-      ->check(CLI::IsMember({"auto", "on", "off"}));
-  command->add_option("--frames", o->frames, "folder for saved frames; by default this one")
-      ->type_name(kFolderType);
-  command->add_option("--gl", o->gl, "way to OpenGL: auto, surfaceless, device or osmesa")
-      ->check(CLI::IsMember({"auto", "surfaceless", "device", "osmesa"}));
-  command->add_flag("--json", o->json, "print one JSON object instead of text");
-  command->footer(kHelp);
-  command->callback([o, &exit_code] { exit_code = view(*o); });
+      .option("--panel", o->panel,
+              "buttons, sliders and plots: on, off, or auto: with a user, not with a script")
+      .one_of({"auto", "on", "off"});
+  command.option("--frames", o->frames, "folder for saved frames; by default this one")
+      .type(kFolderType);
+  command.option("--gl", o->gl, "way to OpenGL: auto, surfaceless, device or osmesa")
+      .one_of({"auto", "surfaceless", "device", "osmesa"});
+  command.flag("--json", o->json, "print one JSON object instead of text");
+  command.footer(kHelp);
+  command.runs([o] { return view(*o); });
 }
 
 }  // namespace pantin::program
