@@ -227,10 +227,27 @@ TEST_CASE("a pyramid of boxes stands and falls asleep") {
                                 {{0.45 * i + 0.225 * row, 0.2 + 0.4 * row, 0}, kIdentity},
                                 Motion::dynamic, surface(0.5), 400));
   Simulation sim = Simulation::copy_of(w, {1.0 / 60});
-  for (int i = 0; i < 60 * 20; ++i) sim.step();
+  for (int i = 0; i < 60 * 4; ++i) sim.step();
   CHECK(sim.step().asleep == 21);
   for (const Entity e : boxes)
     CHECK(glm::distance(sim.world.bodies[e].pose.position, w.bodies[e].pose.position) <= 1e-3);
+}
+
+TEST_CASE("a ball that spins on the spot keeps no heap awake, but spins on where few touch") {
+  for (const int boxes : {1, 4}) {
+    World w;
+    add_ground(w, surface(0.5));
+    for (int i = 0; i < boxes; ++i)
+      add_solid(w, box_shape({0.2, 0.2, 0.2}), {{0, 0.2 + 0.4 * i, 0}, kIdentity}, Motion::dynamic,
+                surface(0.5), 400);
+    const Entity ball = add_solid(w, ball_shape(0.1), {{0, 0.4 * boxes + 0.1, 0}, kIdentity},
+                                  Motion::dynamic, surface(0));
+    w.bodies[ball].angular_velocity = {0, 0.1, 0};
+    Simulation sim = Simulation::copy_of(w, {1.0 / 60});
+    for (int i = 0; i < 60 * 6; ++i) sim.step();
+    CHECK(sim.step().asleep == (boxes == 1 ? 0 : 5));
+    if (boxes == 1) CHECK(std::abs(sim.world.bodies[ball].angular_velocity.y - 0.1) <= 1e-9);
+  }
 }
 
 TEST_CASE("what starts overlapping is pushed apart gently") {

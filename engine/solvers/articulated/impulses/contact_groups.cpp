@@ -7,6 +7,7 @@
 #include "engine/contact/detect.hpp"
 #include "engine/geometry/kinds.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
+#include "engine/solvers/articulated/impulses/group_points.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/solver.hpp"
 
@@ -16,7 +17,9 @@ namespace {
 /// Of that overlap: what is left to take up when bodies fall asleep.
 constexpr Real kSettled = 5e-4;
 /// Sleep conserves forces as they are: it waits until hardly anything moves, but not for ever (s).
-constexpr Real kDead = 1e-3, kPatience = 8;
+constexpr Real kDead = 1e-3, kPatience = 3;
+/// In a heap a body may spin so many times faster, on the spot, and be still.
+constexpr Real kSpinsInHeap = 10;
 
 /// Of a group.
 constexpr std::uint8_t kOtherMethod = 1, kAwake = 2;
@@ -175,6 +178,8 @@ void let_sleep(World& world, const Group& g, Real h) {
   const bool settled = is_settled(g.contacts), deep = is_deep(g.contacts);
   bool still = std::none_of(g.contacts.begin(), g.contacts.end(), bears_moving_surface);
   bool rested = false;  // the island that is looked at; among trees arms may swing for long
+  const bool is_heap = g.trees.empty() && !g.has_at_most(kFewBodies);
+  const Real turning = is_heap ? kSpinsInHeap * kTurning : kTurning;
   for (const GroupBody& f : g.bodies) {
     if (f.per_mass == 0) {
       still = still && f.velocity == Vec3(0) && f.spin == Vec3(0);
@@ -188,7 +193,7 @@ void let_sleep(World& world, const Group& g, Real h) {
       a.quiet_time += h;  // unless one of its bodies moves
       rested = !g.trees.empty() && has_rested(world, a, h) && !deep;
     }
-    if (!a.contact_active || drives || !(speed < slow && spin < kTurning * slow)) a.quiet_time = 0;
+    if (!a.contact_active || drives || !(speed < slow && spin < turning * slow)) a.quiet_time = 0;
     const bool dead = speed < kDead * slow && spin < kTurning * kDead * slow;
     still =
         still && !drives && (rested || a.quiet_time > (dead && settled ? kTimeToSleep : kPatience));
