@@ -145,7 +145,8 @@ void Search::look_into(const Wire::Leaf& leaf) {
     Range t;
     Real scale;
   };
-  Open stack[64];
+  constexpr std::size_t kRoom = 64;
+  Open stack[kRoom];
   std::size_t depth = 0;
   stack[depth++] = {leaf.t, 1};
   const Real reach = glm::distance(leaf.centre, p_) + leaf.radius;
@@ -170,7 +171,7 @@ void Search::look_into(const Wire::Leaf& leaf) {
       continue;
     }
     const bool is_small = leaf.first * scale < 1e-8 * wire_.size();
-    if (is_small || best_.looks > kMostLooks) {
+    if (is_small || depth + 2 > kRoom || best_.looks > kMostLooks) {
       if (!is_small) best_.is_certain = false;
       continue;
     }

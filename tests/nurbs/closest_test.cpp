@@ -68,3 +68,21 @@ TEST_CASE("nearest points of curves are those of dense samples") {
     }
   }
 }
+
+TEST_CASE("curves of absurd weights are searched, and the answer says that it is not certain") {
+  Random dice(5);
+  int uncertain = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    Curve curve = random_curve(2 + trial % 3, 6, dice);
+    Weighted& one = curve.points[static_cast<std::size_t>(trial) % curve.points.size()];
+    const Real weight = std::pow(10.0, dice.between(-200, 200));
+    one = Weighted(one.point(), weight);
+    const Wire wire(curve);
+    for (int i = 0; i < 5; ++i) {
+      const NearestPoint found = closest_point(wire, dice.in_cube(1.5));
+      uncertain += !found.is_certain;
+      CHECK((!found.is_certain || found.distance >= 0));
+    }
+  }
+  CHECK(uncertain > 0);
+}
