@@ -113,6 +113,7 @@ struct StepScratch {
   std::vector<TiePassing> tie_passing;  // of the longest path
   std::vector<Vec3x4> tie_turns;        // by four impulses: of each body, and of each as a root
   std::vector<Real> tie_matrix, tie_solution, tie_largest;
+  std::vector<Real> tie_kept;  // both, while they are solved
   std::vector<std::uint32_t> tie_order;
   std::vector<CableRow> cable_rows;     // a cable each
   std::vector<Vec3> velocities_before;  // 2 a body, where cables strike

@@ -70,6 +70,7 @@ void reserve_ties(Island& a) {
   r.tie_joints.assign(n, Vec3(0));
   if (rows > 0) reserve_tie_rows(a);
   r.tie_matrix.assign(rows * rows, 0), r.tie_solution.assign(rows, 0);
+  r.tie_kept.assign(rows * (rows + 1), 0);
   r.tie_order.assign(rows, 0), r.tie_largest.assign(rows, 0);
   r.pins_before.assign(a.pins.size(), Vec3(0)), r.pin_gaps = r.pins_before;
   r.cable_rows.assign(a.cables.size(), CableRow::open);

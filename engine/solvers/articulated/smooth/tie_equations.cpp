@@ -1,5 +1,6 @@
 // The dense system that couples the ties of an island in the energy-momentum method.
 #include <algorithm>
+#include <limits>
 
 #include "engine/solvers/articulated/internal.hpp"
 
@@ -9,6 +10,55 @@ namespace {
 /// Pivots below this part of their row count as dependent rows: these have no impulse.
 constexpr Real kDependent = 1e-12;
 
+/// Pivots below this part of their row leave the fast elimination.
+constexpr Real kClear = 1e-6;
+
+/// Rows of the size 1, by their largest number. False if one is not finite.
+bool scale_rows(Real* m, Real* x, std::size_t n) {
+  for (std::size_t i = 0; i < n; ++i) {
+    Real* const own = m + i * n;
+    Real most = 0, probe = 0;
+    for (std::size_t j = 0; j < n; ++j) {
+      const Real size = std::abs(own[j]);
+      most = size > most ? size : most, probe += size;
+    }
+    if (!(probe <= std::numeric_limits<Real>::max())) return false;
+    const Real by = most > 0 ? 1 / most : 1;
+    for (std::size_t j = 0; j < n; ++j) own[j] *= by;
+    x[i] *= by;
+  }
+  return true;
+}
+
+/// Elimination with the largest pivot of each column. False, and what it was given is spoilt, where
+/// rows depend on one another.
+bool solve_by_columns(Real* m, Real* x, std::size_t n) {
+  for (std::size_t k = 0; k < n; ++k) {
+    std::size_t row = k;
+    for (std::size_t i = k + 1; i < n; ++i)
+      if (std::abs(m[i * n + k]) > std::abs(m[row * n + k])) row = i;
+    if (!(std::abs(m[row * n + k]) > kClear)) return false;
+    if (row != k) {
+      std::swap_ranges(m + row * n + k, m + row * n + n, m + k * n + k);
+      std::swap(x[row], x[k]);
+    }
+    const Real* const pivot = m + k * n;
+    const Real per = 1 / pivot[k];
+    for (std::size_t i = k + 1; i < n; ++i) {
+      Real* const own = m + i * n;
+      const Real f = own[k] * per;
+      if (f == 0) continue;
+      for (std::size_t j = k + 1; j < n; ++j) own[j] -= f * pivot[j];
+      x[i] -= f * x[k];
+    }
+  }
+  for (std::size_t i = n; i-- > 0;) {
+    for (std::size_t j = i + 1; j < n; ++j) x[i] -= m[i * n + j] * x[j];
+    x[i] /= m[i * n + i];
+  }
+  return true;
+}
+
 }  // namespace
 
 bool solve_tie_equations(StepScratch& r, std::size_t n) {
@@ -17,14 +67,13 @@ bool solve_tie_equations(StepScratch& r, std::size_t n) {
   Real* m = r.tie_matrix.data();
   Real* x = r.tie_solution.data();
   std::vector<std::uint32_t>& order = r.tie_order;
-  for (std::size_t i = 0; i < n; ++i) {
-    Real most = 0;
-    for (std::size_t j = 0; j < n; ++j) most = std::max(most, std::abs(m[i * n + j]));
-    order[i] = static_cast<std::uint32_t>(i);
-    if (!std::isfinite(most)) return false;
-    for (std::size_t j = 0; most > 0 && j < n; ++j) m[i * n + j] /= most;
-    if (most > 0) x[i] /= most;
-  }
+  if (!scale_rows(m, x, n)) return false;
+  PANTIN_ASSERT(r.tie_kept.size() >= n * n + n);
+  Real* const kept = r.tie_kept.data();
+  std::copy_n(m, n * n, kept), std::copy_n(x, n, kept + n * n);
+  if (solve_by_columns(m, x, n)) return true;
+  std::copy_n(kept, n * n, m), std::copy_n(kept + n * n, n, x);
+  for (std::size_t i = 0; i < n; ++i) order[i] = static_cast<std::uint32_t>(i);
   std::size_t rank = 0;
   // The largest number of each row that is left, kept up as rows are reduced.
   std::vector<Real>& largest = r.tie_largest;
