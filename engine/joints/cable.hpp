@@ -34,4 +34,12 @@ inline Real stretch(const CableParameters& joint, const Pose& a, const Pose& b) 
   return std::max(Real(0), span - joint.length);
 }
 
+/// Of an elastic cable, compliance > 0, that is too long by `over` >= 0, m: its tension, N, the
+/// derivative of that, N/m, and what it stores, J.
+inline Real tension_of(const CableParameters& joint, Real over) { return over / joint.compliance; }
+inline Real stiffness_of(const CableParameters& joint) { return 1 / joint.compliance; }
+inline Real energy_of(const CableParameters& joint, Real over) {
+  return 0.5 * over * over / joint.compliance;
+}
+
 }  // namespace pantin::detail

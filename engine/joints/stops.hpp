@@ -1,6 +1,7 @@
 #pragma once
 /// Limits of a joint's angles as distances: how far a joint is beyond each of them, and where to.
-/// Solvers whose limits push take them from here, and so does the law of a soft stop.
+/// The law of a soft stop takes them from here; `auto` measures its own and shares the sides of a
+/// range.
 #include "engine/joints/rows.hpp"
 
 namespace pantin::detail {

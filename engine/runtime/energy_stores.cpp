@@ -81,8 +81,7 @@ Real energy_of_soft_stops(const World& world, const Link& link) {
 
 Real energy_of(const World& world, const Cable& c) {
   const auto pose_of = [&](Entity e) { return &world.bodies[e].pose; };
-  const Real over = stretch_of(c, pose_of);
-  return 0.5 * over * over / c.joint.compliance;
+  return energy_of(c.joint, stretch_of(c, pose_of));
 }
 
 /// From the point to `target`.

@@ -24,8 +24,7 @@ Real energy_of_ties(const World& world) {
   for (const Cable& c : world.cables.values()) {
     if (!(c.joint.compliance > 0) || !exists(c.a) || !exists(c.b)) continue;
     if (!moves(c.a) && !moves(c.b) && c.guides.empty()) continue;
-    const Real over = stretch_of(c, pose_of);
-    sum += 0.5 * over * over / c.joint.compliance;
+    sum += energy_of(c.joint, stretch_of(c, pose_of));
   }
   for (const Pin& p : world.pins.values()) {
     if (p.kind != PinKind::spring || !exists(p.body) || (p.to && !exists(p.to))) continue;

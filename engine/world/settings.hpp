@@ -9,7 +9,7 @@
 namespace pantin {
 
 enum class Solver : std::uint8_t {
-  articulated,  // articulated inertia, BDF2 or backward Euler as needed, energy limiter
+  articulated,  // energy and momentum kept in free motion, impulses in substeps where bodies touch
   sweep,        // least displacement from root to leaf: kinematic posing
   shake2,       // two Newton steps in start-of-step directions, then a closing sweep
   procedural,   // rotation rule as printed in [Lee 2000], for comparison in charts

@@ -20,7 +20,7 @@ std::string solver_of_today(const std::string& word) {
 void add_scene_choices(const Subcommand& command, SceneChoices& choices) {
   command
       .option("--solver", choices.solver,
-              "auto, sweep, shake2, procedural or lagrangian; for the whole scene")
+              "auto, sweep, shake2, procedural, lagrangian or planar; for the whole scene")
       .one_of({"auto", "sweep", "shake2", "procedural", "lagrangian", "planar"})
       .read_as(solver_of_today);
   const std::vector<std::string> integrators(std::begin(kIntegratorNames),

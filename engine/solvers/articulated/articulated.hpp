@@ -1,6 +1,7 @@
 #pragma once
-/// The articulated solver: predicts free motion, then closes the joints. After [Lee 2000],
-/// corrected to conserve energy and to reach second order. See README.md beside this file.
+/// The articulated solver: joints closed in linear time, energy and momentum kept in free motion,
+/// impulses in substeps where bodies touch, and the rules of [Lee 2000]. See README.md beside this
+/// file.
 #include "engine/contact/memory.hpp"
 #include "engine/solvers/articulated/island.hpp"
 
@@ -29,8 +30,8 @@ bool is_own(const World& world, std::uint32_t slot);
 /// Assigns the detected contacts to their islands.
 void take_contacts(World& world, Real h);
 
-/// Free bodies in contact with fixed ones and with one another (step_group.cpp): finds which they
-/// are, after the contacts were assigned, and steps them with their contacts.
+/// Bodies and trees in contact with fixed bodies and with one another (step_group.cpp): finds which
+/// they are, after the contacts were assigned, and steps them with their contacts.
 void plan_contact_groups(World& world, Real h);
 void step_contact_groups(World& world, const StepTask& task);
 

@@ -122,7 +122,7 @@ void add_path_forces(const World& world, Island& m) {
     write_path_length(cable, m, b, {&length, j, nullptr});
     if (!(length > cable.joint.length)) continue;
     PANTIN_ASSERT(cable.joint.compliance > 0);
-    const Real tension = (length - cable.joint.length) / cable.joint.compliance;
+    const Real tension = tension_of(cable.joint, length - cable.joint.length);
     for (std::size_t k = 0; k < b.count; ++k) {
       if (b.body[k] >= m.count()) continue;
       m.scratch.force[2 * b.body[k]] -= tension * j[2 * k];

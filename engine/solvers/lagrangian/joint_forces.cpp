@@ -75,7 +75,7 @@ void find_force_slopes(const World& world, Island& m, const ForceSlopes& slopes)
       p = linearise_over_step(world, m, b);
     } else if (b.kind == BlockKind::elastic_cable) {
       const CableParameters& s = world.cables.values()[b.source].joint;
-      if (m.scratch.c[b.first_row] > s.length) p.stiffness = 1 / s.compliance;
+      if (m.scratch.c[b.first_row] > s.length) p.stiffness = stiffness_of(s);
     } else if (b.kind == BlockKind::elastic_pin) {
       const Pin& pin = world.pins.values()[b.source];
       p.stiffness = pin.stiffness, p.damping = pin.damping;

@@ -157,8 +157,7 @@ void add_elastic_forces(const World& world, Island& m) {
     const Vec3 ra = a.rotation_matrix * s.anchor_a, rb = b.rotation_matrix * s.anchor_b;
     const Vec3 d = b.position + rb - a.position - ra;
     const Real span = glm::length(d);
-    if (span > s.length)
-      add_pair_force(m, p, {(span - s.length) / s.compliance / span * d, ra, rb});
+    if (span > s.length) add_pair_force(m, p, {tension_of(s, span - s.length) / span * d, ra, rb});
   }
   add_path_forces(world, m);
   add_pin_forces(world, m);

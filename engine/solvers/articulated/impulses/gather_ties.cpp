@@ -187,7 +187,7 @@ void gather_ties(const World& world, GroupScratch& r, const GroupScratch::Range&
     const CableParameters& own = world.cables.values()[cable.cable].joint;
     GroupTie t;
     t.kind = GroupTie::Kind::cable, t.length = own.length;
-    t.stiffness = own.compliance > 0 ? 1 / own.compliance : 0;
+    t.stiffness = own.compliance > 0 ? stiffness_of(own) : 0;
     t.island = of.number, t.number = i;
     t.anchor_a = own.anchor_a, t.anchor_b = own.anchor_b;
     t.impulse.x = force_of_multiplier(a) * cable.lambda;

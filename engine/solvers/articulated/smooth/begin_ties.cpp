@@ -113,7 +113,7 @@ void begin_ties(const World& world, Island& a, const StepPart& part) {
     PANTIN_ASSERT(has_b || cable.column_a != kNobody);
     t.cable = static_cast<std::uint32_t>(&cable - a.cables.data());
     t.kind = stretches ? TieKind::cable : TieKind::slack, t.length = s.length;
-    if (stretches) t.stiffness = 1 / s.compliance;
+    if (stretches) t.stiffness = stiffness_of(s);
     t.b = has_b ? cable.column_b : cable.column_a;
     t.anchor_b = has_b ? s.anchor_b : s.anchor_a;
     t.a = has_b ? cable.column_a : kNobody, t.anchor_a = s.anchor_a;
