@@ -15,12 +15,13 @@ constexpr std::size_t kColumns = 100;
 
 /// The text of a value, what fits into a line in one; `used` columns of the line are taken.
 std::string laid_out(const Json& json, std::size_t indent, std::size_t used) {
-  const std::string whole = json.dump(), in(indent + 2, ' ');
+  std::string whole = json.dump();
   if (!json.is_structured() || json.empty() || used + whole.size() < kColumns) return whole;
   std::string text;
   for (const auto& [key, value] : json.items()) {
     const std::string name = json.is_object() ? Json(key).dump() + ": " : "";
-    text += (text.empty() ? "\n" : ",\n") + in + name;
+    text += text.empty() ? "\n" : ",\n";
+    text.append(indent + 2, ' ').append(name);
     text += laid_out(value, indent + 2, indent + 2 + name.size());
   }
   text += "\n" + std::string(indent, ' ');
