@@ -103,6 +103,7 @@ std::size_t folded(std::size_t i, std::size_t count) {
 // Rows of control points such that the spline takes the given rows at the parameters.
 std::optional<Rows> through(const Knots& knots, std::span<const Real> at, const Rows& rows) {
   const std::size_t count = at.size(), across = rows.across;
+  if (count == 0) return std::nullopt;
   const auto place = [&](std::size_t i) { return knots.is_periodic ? folded(i, count) : i; };
   std::vector<BandSystem::Entry> entries;
   entries.reserve(count * static_cast<std::size_t>(knots.degree + 1));

@@ -188,7 +188,8 @@ struct Sunlight {
 
 /// Adds what a hull takes of the ground: its shadow.
 void take_shadow(Frame& frame, const Sunlight& light, std::span<const Ball> hull, Real ground) {
-  const auto& [eye, sun] = light;
+  const Eye& eye = light.eye;
+  const Vec3 sun = light.direction;
   if (sun.y > -0.02) {  // a setting sun: shadows everywhere
     frame.near_ground = {0, 0, eye.width, eye.height};
     return;

@@ -68,7 +68,7 @@ std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit) {
   for (const Face& face : shape.surface->faces)
     if (const Real at = glm::dot(face.normal, p) - face.offset; at > above)
       above = at, nearest_face = &face;
-  if (above > limit) return std::nullopt;
+  if (!nearest_face || above > limit) return std::nullopt;
   const SurfacePoint on_face{p - above * nearest_face->normal, nearest_face->normal, above};
   if (above <= 0) return on_face;
   ConvexScratch scratch;
