@@ -175,3 +175,15 @@ TEST_CASE("what starts deep in a floor is pushed out slowly") {
   }
   CHECK(std::abs(sim.world.bodies[e].pose.position.y - 0.1) <= 1e-9);
 }
+
+TEST_CASE("a ball that rolls or spins stays on the floor, however fast it turns") {
+  for (const Real spin : {5.0, 50.0}) {
+    World w = swept_world();
+    add_ground(w);
+    const Entity e = add_solid(w, ball_shape(0.1), {{0, 0.1, 0}}, Motion::dynamic);
+    w.bodies[e].angular_velocity = {0, 0, spin};
+    Simulation sim = Simulation::copy_of(w, {1.0 / 60});
+    for (int i = 0; i < 180; ++i) sim.step();
+    CHECK(std::abs(sim.world.bodies[e].pose.position.y - 0.1) <= 1e-9);
+  }
+}

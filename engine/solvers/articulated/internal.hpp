@@ -176,9 +176,11 @@ struct JointLimit {
   bool watched = false, both_ways = false;
 };
 void find_limits(const PackedJoint& joint, Quat own, Quat parent, JointLimit (&out)[4]);
-/// The rotation of a joint, and a body's rotation from that and its parent's rotation.
+/// The rotation of a joint; a body's rotation from that and its parent's; its parent's from its
+/// own.
 Quat joint_rotation(const PackedJoint& joint, Quat own, Quat parent);
 Quat own_rotation(const PackedJoint& joint, Quat parent, Quat rotation);
+Quat inboard_rotation(const PackedJoint& joint, Quat own, Quat rotation);
 Quat parent_rotation(const World& world, const Island& a, std::size_t c, Work rotation_row);
 
 /// Contacts of a sleeping island keep their forces.

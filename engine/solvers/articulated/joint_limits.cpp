@@ -125,6 +125,13 @@ Quat own_rotation(const PackedJoint& joint, Quat parent, Quat rotation) {
   return glm::normalize(at.own_at(rotation));
 }
 
+Quat inboard_rotation(const PackedJoint& joint, Quat own, Quat rotation) {
+  const At at(joint, own, kIdentity);
+  return glm::normalize(joint.own_is_a ? at.a * rotation * glm::conjugate(joint.joint.frames.b())
+                                       : at.b * glm::conjugate(rotation) *
+                                             glm::conjugate(joint.joint.frames.a()));
+}
+
 Quat joint_rotation(const PackedJoint& joint, Quat own, Quat parent) {
   return At(joint, own, parent).rotation;
 }

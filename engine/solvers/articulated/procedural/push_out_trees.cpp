@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/contact/contact.hpp"
+#include "engine/contact/detect.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/procedural/push_out.hpp"
 #include "engine/solvers/articulated/procedural/sweeps.hpp"
@@ -18,6 +19,17 @@ constexpr Real kPushedOut = 1e-6;
 /// Part of the size up to which a point touches.
 constexpr Real kTouching = 1e-12;
 
+/// The point of a body that touches, at its final pose: a round shape is touched below its core,
+/// however it turns.
+Vec3 touching_point(const World& world, const Island& a, const ContactRow& row) {
+  const Contact& c = contacts_of(world)[row.contact];
+  const Quat before = world.bodies.values()[a.slots[row.column]].pose.rotation;
+  const auto on = contact::touched_place(world, c, {contact::BodyOfContact::Side::a, before});
+  const LaneTable& work = a.scratch.work;
+  return work.vec(kFinalPosition, row.column) +
+         on.at(work.quat(kFinalRotation, row.column), -c.normal);
+}
+
 /// A contact point of a body at the final poses.
 struct Touch {
   Real depth = 0;  // m, to be removed
@@ -28,7 +40,7 @@ Touch touch_of(const World& world, const Island& a, const ContactRow& row, Real 
   const Contact& c = contacts_of(world)[row.contact];
   const Vec3 on_a = point_at(a, row.column, c.point_a, kFinalPoses);
   const Vec3 on_b = point_on(world, c.slot_b, c.point_b);
-  const Real depth = glm::dot(c.normal, on_b - on_a);
+  const Real depth = glm::dot(c.normal, on_b - touching_point(world, a, row));
   const Real left = std::max(Real(0), -c.gap - kShallowOverlap * a.size);
   const Vec3 slip = on_a - point_on(world, a.slots[row.column], c.point_a) -
                     (on_b - point_before(world, c.slot_b, c.point_b, h)) + h * c.surface_velocity;
@@ -44,8 +56,8 @@ std::span<const ContactRow> rows_of(const Island& a, std::size_t column) {
 }
 
 /// Translates a body out of what it has entered, and back along it by what friction bears: at most
-/// `friction` times the way out, over all rounds. Whether it moved.
-bool push_body(const World& world, Island& a, std::size_t column, Real h) {
+/// `friction` times the way out, over all rounds. How far it moved, m.
+Real push_body(const World& world, Island& a, std::size_t column, Real h) {
   HalfSpaces planes;
   Vec3 slip(0);
   Real deepest = -kTooFar, friction = 0;
@@ -61,7 +73,7 @@ bool push_body(const World& world, Island& a, std::size_t column, Real h) {
     slip += touch.slip, ++touching;
     if (touch.depth > deepest) deepest = touch.depth, friction = c.friction;
   }
-  if (touching == 0) return false;
+  if (touching == 0) return 0;
   Vec3 way = push_out(planes);
   push.out += glm::length(way);
   const Vec3 all = push.held - slip / Real(touching);
@@ -70,27 +82,28 @@ bool push_body(const World& world, Island& a, std::size_t column, Real h) {
   way += held - push.held;
   push.held = held;
   a.scratch.work.set(kFinalPosition, column, a.scratch.work.vec(kFinalPosition, column) + way);
-  return glm::length(way) > kPushedOut * a.size;
+  return glm::length(way);
 }
 
-/// From the leaves to the root: bodies are pushed out, and lead the ones that they hang on. Whether
-/// any moved.
-bool push_inwards(const World& world, Island& a, const Tree& tree, Real h) {
-  bool moved = false;
+/// From the leaves to the root: bodies are pushed out, and lead the ones that they hang on. The
+/// longest way of any, m.
+Real push_inwards(const World& world, Island& a, const Tree& tree, Real h) {
+  Real longest = 0;
   const std::size_t end = tree.first + tree.count;
   std::vector<std::uint8_t>& leads = a.scratch.on_path;
   PANTIN_ASSERT(end <= leads.size());
   std::fill(leads.begin() + tree.first, leads.begin() + static_cast<std::ptrdiff_t>(end),
             std::uint8_t(0));
   for (std::size_t c = end; c-- > tree.first;) {
-    if (push_body(world, a, c, h)) leads[c] = 1;
+    const Real way = push_body(world, a, c, h);
+    longest = std::max(longest, way);
+    if (way > 0) leads[c] = 1;
     if (leads[c] == 0) continue;
-    moved = true;
     if (a.parents[c] < 0) continue;
     lead_parent(a, c);
     leads[static_cast<std::size_t>(a.parents[c])] = 1;
   }
-  return moved;
+  return longest;
 }
 
 /// What is left of the overlaps, and which contacts pushed.
@@ -99,7 +112,7 @@ void report_push(World& world, const Island& a, Real h) {
     if (row.side < 0) continue;
     Contact& c = contacts_of(world)[row.contact];
     const Vec3 on_b = point_on(world, c.slot_b, c.point_b);
-    const Vec3 on_a = point_at(a, row.column, c.point_a, kFinalPoses);
+    const Vec3 on_a = touching_point(world, a, row);
     c.depth = std::max(Real(0), glm::dot(c.normal, on_b - on_a)), c.force = c.torque = Vec3(0);
     c.active = !is_own(world, c.slot_b) && a.scratch.pushes[row.column].out > 0 &&
                touch_of(world, a, row, h).depth >= -kPushedOut * a.size;
@@ -115,13 +128,14 @@ void push_out_trees(World& world, Island& a, Real h) {
   });
   std::fill(a.scratch.pushes.begin(), a.scratch.pushes.end(), BodyPush{});
   for (int round = 0; round < a.settings.sweeps; ++round) {
-    bool moved = false;
-    for (const Tree& tree : a.trees) moved = push_inwards(world, a, tree, h) || moved;
-    if (!moved) break;
+    Real longest = 0;
+    for (const Tree& tree : a.trees) longest = std::max(longest, push_inwards(world, a, tree, h));
+    if (longest == 0) break;
     if (has_rows(a))
       relax(world, a);
     else
       sweep_closed(world, a);
+    if (longest <= kPushedOut * a.size) break;
   }
   report_push(world, a, h);
 }

@@ -50,9 +50,7 @@ void clamp_parent(Island& a, std::size_t c, Vec3 joint_point) {
   const Quat rotation = joint_rotation(j, own, parent),
              allowed = allowed_rotation(j.joint, rotation);
   if (allowed == rotation) return;
-  PackedJoint seen_from_parent = j;
-  seen_from_parent.own_is_a = !j.own_is_a;
-  const Quat rotated = own_rotation(seen_from_parent, own, allowed);
+  const Quat rotated = inboard_rotation(j, own, allowed);
   a.scratch.work.set(kFinalRotation, p, rotated);
   a.scratch.work.set(kFinalPosition, p, joint_point - rotated * a.constants.vec(kParentAnchor, c));
 }
