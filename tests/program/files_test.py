@@ -37,6 +37,19 @@ class Files(unittest.TestCase):
         after = {path: path.read_bytes() for path in self.folder.iterdir() if path.is_file()}
         self.assertEqual(after, before)
 
+    def test_two_outputs_that_mean_one_new_file_are_refused(self):
+        link = self.folder / "link.csv"
+        link.symlink_to("new.csv")
+        old = os.getcwd()
+        os.chdir(self.folder)
+        try:
+            for name in ("./new.csv", self.folder / "new.csv", "link.csv"):
+                with self.subTest(name=name):
+                    self.assert_refused("run", self.scene, "--duration", 0.1, "--record", name,
+                                        "--save", "new.csv")
+        finally:
+            os.chdir(old)
+
     def test_an_output_onto_the_scene_is_refused(self):
         link = self.folder / "link.json"
         link.symlink_to(self.scene)

@@ -90,6 +90,16 @@ bool is_a_device(const fs::path& path) {
   return kind != fs::file_type::not_found && kind != fs::file_type::regular;
 }
 
+/// The file that a name means, links followed, whether or not it is there yet.
+fs::path whole_path(const fs::path& name) {
+  constexpr int kMostLinks = 40;
+  std::error_code none;
+  fs::path path = fs::absolute(name, none);
+  for (int n = 0; n < kMostLinks && fs::is_symlink(path, none); ++n)
+    path = path.parent_path() / fs::read_symlink(path, none);
+  return fs::weakly_canonical(path, none);
+}
+
 std::vector<NamedFile> files_of(const CLI::App& command) {
   std::vector<NamedFile> files;
   for (const CLI::Option* option : command.get_options()) {
@@ -99,10 +109,8 @@ std::vector<NamedFile> files_of(const CLI::App& command) {
     // What a state is loaded from may be saved to: it has been read then.
     if (argument.names.back() == "--load") continue;
     for (const std::string& path : option->results())
-      if (!is_a_device(path)) {
-        std::error_code none;
-        files.push_back({argument.names.back(), path, is_read, fs::weakly_canonical(path, none)});
-      }
+      if (!is_a_device(path))
+        files.push_back({argument.names.back(), path, is_read, whole_path(path)});
   }
   return files;
 }
