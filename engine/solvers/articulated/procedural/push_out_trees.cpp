@@ -47,7 +47,7 @@ Touch touch_of(const World& world, const Island& a, const ContactRow& row, Real 
   return {depth - left, slip - glm::dot(slip, c.normal) * c.normal};
 }
 
-/// Contacts of one body with what this solver does not move.
+/// The contacts of one body; the rows are sorted by body.
 std::span<const ContactRow> rows_of(const Island& a, std::size_t column) {
   const std::vector<ContactRow>& rows = a.scratch.contact_rows;
   const auto before = [](const ContactRow& row, std::size_t c) { return row.column < c; };
