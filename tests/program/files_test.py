@@ -98,6 +98,21 @@ class Files(unittest.TestCase):
         for words in (("--help",), ("run", "--help"), ("run", self.scene, "--help")):
             self.assertEqual(pantin(*words).returncode, 0, words)
 
+    def test_values_that_an_option_cannot_take_are_named_with_what_it_can(self):
+        for words, told in (
+                (("run", self.scene, "--record", ""), 'found "", expected the name of a file'),
+                (("run", self.scene, "--frames", ""), 'found "", expected the name of a folder'),
+                (("run", self.scene, "--solver", "swep"), 'nearest is "sweep"'),
+                (("help", "runn"), 'found "runn", expected one of help, run'),
+                (("run", self.scene, "--substeps", "1e2"), "a whole number from 1 to 1000"),
+                (("run", self.scene, "--substeps", "0x2"), "a whole number from 1 to 1000"),
+                (("--json", "run", self.scene), 'found "--json" before the command')):
+            with self.subTest(words):
+                done = pantin(*words)
+                self.assertEqual((done.returncode, done.stdout), (2, ""))
+                self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+                self.assertIn(told, done.stderr)
+
     def test_names_with_a_zero_byte_name_no_file(self):
         (self.folder / "part.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n")
         shape = {"type": "hull", "file": "part.obj\0.png"}

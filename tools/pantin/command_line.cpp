@@ -104,7 +104,14 @@ std::vector<NamedFile> files_of(const CLI::App& command) {
   std::vector<NamedFile> files;
   for (const CLI::Option* option : command.get_options()) {
     const Argument argument = argument_of(*option);
-    if (argument.kind != ValueKind::file) continue;
+    if (argument.kind != ValueKind::file && argument.kind != ValueKind::folder) continue;
+    for (const std::string& path : option->results())
+      if (path.empty())
+        throw CLI::ValidationError(
+            argument.names.back(),
+            fmt::format("found \"\", expected the name of a {}",
+                        argument.kind == ValueKind::file ? "file" : "folder"));
+    if (argument.kind == ValueKind::folder) continue;
     const bool is_read = option->get_positional() || argument.type == kSceneType;
     // What a state is loaded from may be saved to: it has been read then.
     if (argument.names.back() == "--load") continue;
@@ -148,6 +155,8 @@ std::string complaint_of(const CLI::App& program, const CLI::ParseError& error) 
   const std::string commands = fmt::format("{}", fmt::join(known, ", "));
   for (const CLI::Option* option : command.get_options())
     for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  if (std::find(known.begin(), known.end(), word) != known.end())
+    return fmt::format("found \"{}\" before the command, expected it after", word);
   const std::vector<std::string_view> candidates(known.begin(), known.end());
   return fmt::format("found \"{}\", expected {}{}", word,
                      is_option || !chosen.empty() ? "one of the options" : "one of " + commands,
@@ -172,27 +181,43 @@ const Option& Option::type(const char* name) const {
 }
 
 const Option& Option::one_of(const std::vector<std::string>& words) const {
-  option_->check(CLI::IsMember(words));
+  option_->check(CLI::Validator(
+      [words](std::string& text) {
+        if (std::find(words.begin(), words.end(), text) != words.end()) return std::string();
+        const std::vector<std::string_view> candidates(words.begin(), words.end());
+        return fmt::format("found \"{}\", expected one of {}{}", text, fmt::join(words, ", "),
+                           pantin::detail::hint(text, candidates));
+      },
+      fmt::format("{{{}}}", fmt::join(words, ","))));
   return *this;
 }
 
+namespace {
+
+/// Accepts what reads as a T from `least` to `most`, with nothing after it.
+template <typename T>
+CLI::Validator in_range(T least, T most, const char* what) {
+  return {[=](std::string& text) {
+            T x = 0;
+            const char* end = text.data() + text.size();
+            const auto read = std::from_chars(text.data(), end, x);
+            // A comparison that holds, so that no NaN passes.
+            if (read.ec == std::errc() && read.ptr == end && x >= least && x <= most)
+              return std::string();
+            return fmt::format("found \"{}\", expected {} from {} to {}", text, what, least, most);
+          },
+          fmt::format("in [{} - {}]", least, most)};
+}
+
+}  // namespace
+
 const Option& Option::within(int least, int most) const {
-  option_->check(CLI::Range(least, most));
+  option_->check(in_range(least, most, "a whole number"));
   return *this;
 }
 
 const Option& Option::between(double least, double most) const {
-  option_->check(CLI::Validator(
-      [least, most](std::string& text) {
-        double x = 0;
-        const char* end = text.data() + text.size();
-        const auto read = std::from_chars(text.data(), end, x);
-        // A comparison that holds, so that no NaN passes.
-        if (read.ec == std::errc() && read.ptr == end && x >= least && x <= most)
-          return std::string();
-        return fmt::format("found \"{}\", expected a number from {} to {}", text, least, most);
-      },
-      fmt::format("in [{} - {}]", least, most)));
+  option_->check(in_range(least, most, "a number"));
   return *this;
 }
 
