@@ -191,15 +191,11 @@ bool EnergyAccount::is_asked(std::uint32_t slot) const {
 
 void EnergyAccount::begin_substep(const World& world) {
   if (built_for_ != world.structure()) compile(world);
-  for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
-    const Body& b = world.bodies.values()[i];
-    if (!is_dynamic(b)) bodies_[i].pose = b.pose;
-  }
   for (EnergyStore& s : stores_) begin_store(world, s);
   begun_ = true;
 }
 
-void EnergyAccount::note_start(const World& world) {
+void EnergyAccount::note_start(const World& world, Real h) {
   begun_ = begun_ && built_for_ == world.structure();
   if (!begun_) return;
   for (std::uint32_t i = 0; is_new_ && i < bodies_.size(); ++i)
@@ -209,10 +205,12 @@ void EnergyAccount::note_start(const World& world) {
     const Body& b = world.bodies.values()[i];
     Start& s = bodies_[i];
     s.velocity = b.velocity, s.angular_velocity = b.angular_velocity;
+    // Paths, and callers, lead a body before the step: its velocity tells from where.
+    s.pose = is_dynamic(b) || b.teleport ? b.pose : contact::pose_before(b, h);
     if (!is_dynamic(b)) continue;
     if (Group& g = groups_[sets_.root(i)]; b.restart) g.touched = g.jerked = kTouched;
     const Energies e = energies_of(world, b);
-    s.pose = b.pose, s.energy = e.all, s.kinetic = e.kinetic;
+    s.energy = e.all, s.kinetic = e.kinetic;
     s.angular_momentum = e.angular_momentum;
     s.force = s.torque = Vec3(0);
   }

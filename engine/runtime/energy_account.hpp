@@ -37,7 +37,7 @@ class EnergyAccount {
   /// Before kinematic bodies move.
   void begin_substep(const World& world);
   /// Before the solvers start: from here on nobody else changes motions.
-  void note_start(const World& world);
+  void note_start(const World& world, Real h);
   /// After them; `h` in s.
   void end_substep(const World& world, Real h);
 
@@ -111,7 +111,7 @@ class EnergyAccount {
     Real gain() const { return std::min(balance - std::min(least, Real(0)), level - lowest); }
   };
   struct Start {
-    Pose pose;  // of dynamic bodies at note_start(), of others before they were led
+    Pose pose;  // of led bodies before they were led
     Vec3 velocity{0}, angular_velocity{0};
     Real energy = 0, kinetic = 0;  // J
     Vec3 angular_momentum{0};      // about the world's origin

@@ -44,9 +44,9 @@ void Monitor::begin_substep(const World& world) {
   if (built_for_ == world.structure()) contacts_.begin_substep(world);
 }
 
-void Monitor::note_start(const World& world) {
+void Monitor::note_start(const World& world, Real h) {
   if (built_for_ != world.structure()) compile(world), contacts_.begin_substep(world);
-  energy_.note_start(world);
+  energy_.note_start(world, h);
 }
 
 /// What was changed within the substep is looked at from the next one on.

@@ -18,7 +18,7 @@ class Monitor {
  public:
   /// In each substep: see EnergyAccount.
   void begin_substep(const World& world);
-  void note_start(const World& world);
+  void note_start(const World& world, Real h);
   void end_substep(const World& world, Real h);
   /// At the end of a step of `h` seconds; counts what is new in the report.
   void end_step(const World& world, Real h, StepReport& report);

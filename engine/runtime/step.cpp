@@ -286,7 +286,7 @@ void predict(Step& s) {
   wake_unsupported(world);
   take_over(world, s.task.h);
   check_kinematic_bodies(world, s.report);
-  if (s.record.monitor) s.record.monitor->note_start(world);
+  if (s.record.monitor) s.record.monitor->note_start(world, s.task.h);
   if (s.record.start) note_teleports(world, *s.record.start);
   for (const SolverRow* solver : kSolvers) solver->predict(world, s.task);
   note_used_forces(world);

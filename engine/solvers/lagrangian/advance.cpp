@@ -34,9 +34,8 @@ constexpr Real kFreeGain = 1e-9;
 /// larger drift passes near a singular configuration and may end on another branch.
 bool keeps_joints(const Island& m, Real h) {
   Real speed = 0;
-  for (std::size_t b = 0; b < m.count(); ++b)
-    speed = std::max(
-        speed, glm::length(m.scratch.state.v[b]) + m.reach * glm::length(m.scratch.state.w[b]));
+  for (const BodyState& b : m.scratch.body_states)  // led ones too
+    speed = std::max(speed, glm::length(b.velocity) + m.reach * glm::length(b.angular_velocity));
   return m.scratch.opened <= std::max({kMaxOpening * h * speed, 1e-9 * m.size, tolerance_of(m)});
 }
 
