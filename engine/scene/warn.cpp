@@ -138,7 +138,7 @@ void warn_of_unknown(const BuiltScene& built, const Exact& exact, Solver solver,
                   "body " + quoted(first->name) +
                       (solid > 1 ? " and " + std::to_string(solid - 1) + " more are" : " is") +
                       " solid, " + who +
-                      "blows, and contacts with bodies of its own or of \"auto\"; it is pushed out "
+                      "blows, nor contacts with bodies of its own or of \"auto\"; it is pushed out "
                       "of others");
   for (const BuiltJoint& j : built.joints) {
     const std::uint32_t mover = built.is_dynamic(j.a) ? j.a : j.b;

@@ -2,6 +2,7 @@
 // normals, jointed or free, and held across them by friction.
 #include <catch2/catch.hpp>
 
+#include "engine/contact/contact.hpp"
 #include "engine/joints/joint.hpp"
 #include "engine/world/ties.hpp"
 #include "tests/solvers/solids.hpp"
@@ -185,5 +186,29 @@ TEST_CASE("a ball that rolls or spins stays on the floor, however fast it turns"
     Simulation sim = Simulation::copy_of(w, {1.0 / 60});
     for (int i = 0; i < 180; ++i) sim.step();
     CHECK(std::abs(sim.world.bodies[e].pose.position.y - 0.1) <= 1e-9);
+  }
+}
+
+TEST_CASE("the forces of what is pushed out are those that carry it, and belts and lifts do work") {
+  for (const Vec3 belt : {Vec3(0), Vec3(1, 0, 0)}) {
+    World w = swept_world();
+    const Entity lift = add_solid(w, box_shape({20, 0.05, 2}), {{0, -0.05, 0}}, Motion::kinematic,
+                                  {.friction = 0.5, .surface_velocity = belt});
+    const Entity e =
+        add_solid(w, box_shape({0.1, 0.1, 0.1}), {{0, 0.1, 0}}, Motion::dynamic, {.friction = 0.5});
+    const Real mass = w.bodies[e].mass, h = 1.0 / 60;
+    Simulation sim(std::move(w), {h, 1, 1, false, true});
+    const auto height = [&](int i) { return 0.1 * (1 - std::cos(3 * h * i)); };
+    for (int i = 0; i < 180; ++i) {
+      sim.world.bodies[lift].velocity.y = (height(i + 1) - height(i)) / h;
+      sim.world.bodies[lift].pose.position.y = height(i + 1) - 0.05;
+      sim.step();
+      if (i == 0) continue;
+      Vec3 force(0);
+      for (const Contact& c : contacts_of(sim.world)) force += c.force;
+      const Real gained = (height(i + 1) - 2 * height(i) + height(i - 1)) / (h * h);
+      CHECK(std::abs(force.y - mass * (9.81 + gained)) <= 1e-9 * mass * 9.81);
+    }
+    CHECK(sim.findings().empty());
   }
 }

@@ -82,7 +82,8 @@ struct ContactRow {
 
 /// How the rules of the paper moved a body out of what it entered in this step.
 struct BodyPush {
-  Real out = 0;  // m, along normals
+  Real out = 0;  // m, the length of its path along normals
+  Vec3 way{0};   // m, along them, the sum
   Vec3 held{0};  // m, across them, by friction
 };
 

@@ -75,7 +75,7 @@ Real push_body(const World& world, Island& a, std::size_t column, Real h) {
   }
   if (touching == 0) return 0;
   Vec3 way = push_out(planes);
-  push.out += glm::length(way);
+  push.out += glm::length(way), push.way += way;
   const Vec3 all = push.held - slip / Real(touching);
   const Real length = glm::length(all), most = friction * push.out;
   const Vec3 held = length > most ? most / length * all : all;
@@ -106,16 +106,52 @@ Real push_inwards(const World& world, Island& a, const Tree& tree, Real h) {
   return longest;
 }
 
-/// What is left of the overlaps, and which contacts pushed.
+/// Whether a contact pushed its body: it touches one that was pushed out.
+bool has_pushed(const World& world, const Island& a, const ContactRow& row, Real h) {
+  const Contact& c = contacts_of(world)[row.contact];
+  return row.side >= 0 && !is_own(world, c.slot_b) && a.scratch.pushes[row.column].out > 0 &&
+         touch_of(world, a, row, h).depth >= -kPushedOut * a.size;
+}
+
+/// The force that translates a body so within a step, m way / h^2, as forces of its contacts: what
+/// it was pushed out by along their normals, in proportion to how far they oppose it, and friction
+/// in equal parts. Joints move it further; that is not counted.
+void share_push(World& world, const Island& a, std::span<const ContactRow> rows, Real h) {
+  const std::size_t column = rows.front().column;
+  const BodyPush& push = a.scratch.pushes[column];
+  Real shares = 0, pushing = 0;
+  for (const ContactRow& row : rows) {
+    Contact& c = contacts_of(world)[row.contact];
+    c.active = has_pushed(world, a, row, h);
+    if (!c.active) continue;
+    const Real share = std::max(Real(0), glm::dot(c.normal, push.way));
+    shares += share * share, ++pushing;
+  }
+  if (!(shares > 0)) return;
+  const Real to_force = world.bodies.values()[a.slots[column]].mass / (h * h);
+  for (const ContactRow& row : rows) {
+    Contact& c = contacts_of(world)[row.contact];
+    if (!c.active) continue;
+    const Real share = std::max(Real(0), glm::dot(c.normal, push.way));
+    const Vec3 out = glm::dot(push.way, push.way) * share / shares * c.normal;
+    c.force = to_force * (out + push.held / pushing);
+  }
+}
+
+/// What is left of the overlaps, which contacts pushed, and with what force.
 void report_push(World& world, const Island& a, Real h) {
-  for (const ContactRow& row : a.scratch.contact_rows) {
+  const std::span<const ContactRow> rows = a.scratch.contact_rows;
+  for (const ContactRow& row : rows) {
     if (row.side < 0) continue;
     Contact& c = contacts_of(world)[row.contact];
     const Vec3 on_b = point_on(world, c.slot_b, c.point_b);
     const Vec3 on_a = touching_point(world, a, row);
     c.depth = std::max(Real(0), glm::dot(c.normal, on_b - on_a)), c.force = c.torque = Vec3(0);
-    c.active = !is_own(world, c.slot_b) && a.scratch.pushes[row.column].out > 0 &&
-               touch_of(world, a, row, h).depth >= -kPushedOut * a.size;
+  }
+  for (std::size_t i = 0; i < rows.size();) {
+    const std::span<const ContactRow> body = rows_of(a, rows[i].column);
+    share_push(world, a, body, h);
+    i += body.size();
   }
 }
 

@@ -3,12 +3,19 @@
 #include "engine/solvers/articulated/procedural/sweeps.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/articulated/procedural/compulsive.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
+
+/// Rotates a body, with an anchor of its own at its goal.
+void turn_about(Island& a, const Pull& held, Quat rotation) {
+  a.scratch.work.set(kFinalRotation, held.column, rotation);
+  a.scratch.work.set(kFinalPosition, held.column, held.goal - rotation * held.anchor);
+}
 
 /// Moves an anchor of a body to its goal by the least displacement, exactly.
 void carry(Island& a, std::size_t c, Vec3 anchor, Vec3 goal) {
@@ -19,40 +26,33 @@ void carry(Island& a, std::size_t c, Vec3 anchor, Vec3 goal) {
       least_displacement(arm, goal - (body.position() + arm),
                          {a.constants.at(kMass, c), world_inertia(q, a.constants.vec(kInertia, c))},
                          a.settings.rotation_stiffness);
-  const Quat rotated = glm::normalize(m.rotation * q);
-  a.scratch.work.set(kFinalRotation, c, rotated);
-  a.scratch.work.set(kFinalPosition, c, goal - rotated * anchor);
+  turn_about(a, {c, anchor, goal}, glm::normalize(m.rotation * q));
 }
 
-bool is_stiff(const Island& a, std::size_t c) { return !a.joints.empty() && a.joints[c].stiff; }
+/// The nearest rotation that the joint of a body allows, if it has another one.
+std::optional<Quat> clamped_rotation(const Island& a, std::size_t c, Quat own, Quat parent) {
+  if (a.joints.empty() || !a.joints[c].stiff) return std::nullopt;
+  const Quat rotation = joint_rotation(a.joints[c], own, parent),
+             allowed = allowed_rotation(a.joints[c].joint, rotation);
+  if (allowed == rotation) return std::nullopt;
+  return allowed;
+}
 
 /// Rotates a body about its joint point to the nearest pose that the joint allows.
 void clamp_to_parent(const World& world, Island& a, std::size_t c, Vec3 joint_point) {
-  if (!is_stiff(a, c)) return;
-  const PackedJoint& j = a.joints[c];
-  const Quat own = a.scratch.work.quat(kFinalRotation, c);
   const Quat parent = parent_rotation(world, a, c, kFinalRotation);
-  const Quat rotation = joint_rotation(j, own, parent),
-             allowed = allowed_rotation(j.joint, rotation);
-  if (allowed == rotation) return;
-  const Quat rotated = own_rotation(j, parent, allowed);
-  a.scratch.work.set(kFinalRotation, c, rotated);
-  a.scratch.work.set(kFinalPosition, c, joint_point - rotated * a.constants.vec(kOwnAnchor, c));
+  if (const auto allowed = clamped_rotation(a, c, a.scratch.work.quat(kFinalRotation, c), parent))
+    turn_about(a, {c, a.constants.vec(kOwnAnchor, c), joint_point},
+               own_rotation(a.joints[c], parent, *allowed));
 }
 
 /// The same for the parent of a body, about their joint.
 void clamp_parent(Island& a, std::size_t c, Vec3 joint_point) {
-  if (!is_stiff(a, c) || a.parents[c] < 0) return;
   const auto p = static_cast<std::size_t>(a.parents[c]);
-  const PackedJoint& j = a.joints[c];
-  const Quat own = a.scratch.work.quat(kFinalRotation, c),
-             parent = a.scratch.work.quat(kFinalRotation, p);
-  const Quat rotation = joint_rotation(j, own, parent),
-             allowed = allowed_rotation(j.joint, rotation);
-  if (allowed == rotation) return;
-  const Quat rotated = inboard_rotation(j, own, allowed);
-  a.scratch.work.set(kFinalRotation, p, rotated);
-  a.scratch.work.set(kFinalPosition, p, joint_point - rotated * a.constants.vec(kParentAnchor, c));
+  const Quat own = a.scratch.work.quat(kFinalRotation, c);
+  if (const auto allowed = clamped_rotation(a, c, own, a.scratch.work.quat(kFinalRotation, p)))
+    turn_about(a, {p, a.constants.vec(kParentAnchor, c), joint_point},
+               inboard_rotation(a.joints[c], own, *allowed));
 }
 
 /// Closes the joint of a body to its parent.
@@ -159,9 +159,7 @@ void literal_sweep(Island& a, Real h) {
                      a.settings.procedural_reluctance == ProceduralReluctance::literal_step
                          ? about * h * h / (2 * mass)
                          : about / mass);
-    const Quat rotated = glm::normalize(m.rotation * q);
-    w.set(kFinalRotation, c, rotated);
-    w.set(kFinalPosition, c, goal - rotated * anchor);
+    turn_about(a, {c, anchor, goal}, glm::normalize(m.rotation * q));
   }
 }
 
