@@ -125,13 +125,24 @@ inline AngularRow angle_row(const AngularRow& s, const AngularRow& c, Vec3 w, Re
 }
 
 /// The twist about x of b relative to a (see swing_twist); the joint angle where the x axes agree.
+/// With x and x' of a and b, and the relative rotation q:
+///
+///   theta = 2 atan2(q_x, q_w)
+///   theta' = u.(w_b - w_a),  u = (x + x') / (1 + x.x'),  1 + x.x' = 2 (q_w^2 + q_x^2)
+///
+/// Where the axes are opposite the angle is undefined: zeros.
 inline AngularRow twist_row(const Joint& joint, const BodyState& a, const BodyState& b,
                             Real before) {
-  const JointAxes on_a = axes_on_a(joint, a), on_b = axes_on_b(joint, b);
-  const Vec3 ya = on_a.y(), za = on_a.z(), yb = on_b.y(), zb = on_b.z();
-  return angle_row(dot_row(za, yb, a, b) - dot_row(ya, zb, a, b),
-                   dot_row(ya, yb, a, b) + dot_row(za, zb, a, b), relative_angular_velocity(a, b),
-                   before);
+  const Quat on_a = a.rotation * joint.frames.a(), on_b = b.rotation * joint.frames.b();
+  const Quat q = glm::conjugate(on_a) * on_b;
+  const Real n = 2 * (q.w * q.w + q.x * q.x);
+  if (n < 1e-20) return {before, Vec3(0), 0};
+  const Vec3 x = axis_of(on_a, 0), to = axis_of(on_b, 0), w = relative_angular_velocity(a, b);
+  const Vec3 u = (x + to) / n;
+  const Vec3 turned = glm::cross(a.angular_velocity, x) + glm::cross(b.angular_velocity, to);
+  const Real angle = 2 * std::atan2(q.x, q.w);
+  return {angle - 2 * kPi * std::round((angle - before) / (2 * kPi)), -u,
+          glm::dot(turned, w) / n - glm::dot(u, w) * glm::dot(w, glm::cross(x, to)) / n};
 }
 
 inline void write_row(int row, const AngularRow& r, RowsOut out) {

@@ -1,7 +1,6 @@
 #pragma once
 /// Limits of a joint's angles as distances: how far a joint is beyond each of them, and where to.
-/// The law of a soft stop takes them from here; `auto` measures its own and shares the sides of a
-/// range.
+/// The hard limits of `auto` and the law of a soft stop take them from here.
 #include "engine/joints/rows.hpp"
 
 namespace pantin::detail {

@@ -6,6 +6,7 @@
 /// The swing carries x of a to x of b by the angle phi, so with p, q, r the parts of b's x along
 /// x, y, z of a and h = phi / sin phi, p = cos phi:  y = -r h,  z = q h.
 #include <algorithm>
+#include <array>
 
 #include "engine/joints/primitives.hpp"
 
@@ -22,16 +23,20 @@ inline SwingScale swing_scale(Real p, Real sine) {
   SwingScale out;
   if (e < 0.1) {
     // h = sum of a_n e^n, a_n = a_(n-1) n / (2 n + 1); what is left out is below 1e-20.
-    Real term = 1, power1 = 0, power2 = 0;  // a_n e^n; the powers of e one and two lower
-    Real a = 1, e1 = 1, e2 = 0;
-    for (int n = 1; n <= 16; ++n) {
-      a *= n / (2.0 * n + 1);
-      power1 += n * a * e1;
-      power2 += n * (n - 1) * a * e2;
-      e2 = e1, e1 *= e;
-      term += a * e1;
+    constexpr int kTerms = 16;
+    constexpr auto a = [] {
+      std::array<Real, kTerms + 1> terms{1};
+      for (int n = 1; n <= kTerms; ++n)
+        terms[std::size_t(n)] = terms[std::size_t(n) - 1] * n / (2.0 * n + 1);
+      return terms;
+    }();
+    Real sum = a[kTerms], slope = 0, half_curvature = 0;
+    for (std::size_t n = kTerms; n-- > 0;) {
+      half_curvature = half_curvature * e + slope;
+      slope = slope * e + sum;
+      sum = sum * e + a[n];
     }
-    out.h = term, out.first = -power1, out.second = power2;
+    out.h = sum, out.first = -slope, out.second = 2 * half_curvature;
     return out;
   }
   // h' (1 - p p) = p h - 1, from which h'' follows
