@@ -104,7 +104,7 @@ void compile_if_changed(World& world) {
   Partition& now = world.memory.of<Partition>();
   world.memory.of<Takeovers>();
   world.memory.of<contact::Memory>();
-  if (now.built_for != world.structure()) {
+  if (now.built_for == 0 || now.built_for != world.structure()) {
     const std::vector<StructureFault> strays = drop_strays(world);
     auto plans = partition(world);
     now.faults = strays;

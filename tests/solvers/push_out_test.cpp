@@ -212,3 +212,18 @@ TEST_CASE("the forces of what is pushed out are those that carry it, and belts a
     CHECK(sim.findings().empty());
   }
 }
+
+TEST_CASE("a chain that becomes solid while it swings is pushed out from then on") {
+  LedChain c;
+  std::vector<Collision> solid;
+  for (const Entity e : c.links) solid.push_back(c.world.collisions[e]), c.world.collisions.remove(e);
+  const Entity ground = c.world.collisions.owners().front();
+  const Collision on_ground = c.world.collisions[ground];
+  c.world.collisions.remove(ground);
+  Simulation sim = Simulation::copy_of(c.world, {1.0 / 60});
+  sim.step();
+  sim.world.collisions.add(ground, on_ground);
+  for (std::size_t i = 0; i < solid.size(); ++i) sim.world.collisions.add(c.links[i], solid[i]);
+  for (int i = 0; i < 120; ++i) sim.step();
+  CHECK(LedChain::lowest(sim.world, c.links) >= -1e-4);
+}

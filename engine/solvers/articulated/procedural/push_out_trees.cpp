@@ -162,7 +162,8 @@ void push_out_trees(World& world, Island& a, Real h) {
   std::sort(rows.begin(), rows.end(), [](const ContactRow& x, const ContactRow& y) {
     return x.column != y.column ? x.column < y.column : x.contact < y.contact;
   });
-  std::fill(a.scratch.pushes.begin(), a.scratch.pushes.end(), BodyPush{});
+  // What became solid while its island stayed as it was has no memory for this yet.
+  a.scratch.pushes.assign(a.count(), {}), a.scratch.on_path.assign(a.count(), 0);
   for (int round = 0; round < a.settings.sweeps; ++round) {
     Real longest = 0;
     for (const Tree& tree : a.trees) longest = std::max(longest, push_inwards(world, a, tree, h));
