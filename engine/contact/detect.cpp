@@ -173,7 +173,8 @@ void collide_shapes(const WayFinder& s, Search& search, const ColliderShape& a,
   PANTIN_ASSERT(a.slot != b.slot && can_move(a.shape->kind));
   const bool bounded = !is_unbounded(b.shape->kind);
   const Real extent = bounded ? glm::min(a.extent, b.extent) : a.extent;
-  const Real margin = s.reach_of(a.slot) + s.reach_of(b.slot) + kContactSlop * extent;
+  const Real reach = s.is_moved(b.slot) ? s.reach_of(a.slot) : s.reach_if_struck(a.slot);
+  const Real margin = reach + s.reach_of(b.slot) + kContactSlop * extent;
   if (bounded && !a.box.grown(margin).overlaps(b.box)) return;
   search.points.clear();
   collide({*a.shape, a.pose}, {*b.shape, b.pose}, search.scratch, {margin, search.points});
@@ -191,7 +192,7 @@ void collide_obstacles(const WayFinder& s, Search& search, const ColliderShape& 
     if (may_collide(s, search, a.slot, b.slot)) collide_shapes(s, search, a, b);
   };
   for (const ColliderShape& b : search.obstacles.unbounded) collide_with(b);
-  search.obstacles.tree.query(a.box.grown(s.reach_of(a.slot) + kContactSlop * a.extent),
+  search.obstacles.tree.query(a.box.grown(s.reach_if_struck(a.slot) + kContactSlop * a.extent),
                               [&](std::uint32_t i) { collide_with(search.obstacles.shapes[i]); });
 }
 
@@ -396,7 +397,8 @@ void search_contacts(World& world, std::span<const Real> reach, Real h,
     return;
   }
   PANTIN_ASSERT(reach.size() >= world.bodies.size());
-  const WayFinder s{{world, partition_of(world), reach, !memory.scratch.stale}, h};
+  const std::span<const Real> struck(h > 0 ? memory.scratch.struck : std::span<const Real>());
+  const WayFinder s{{world, partition_of(world), reach, !memory.scratch.stale}, h, struck};
   std::swap(memory.scratch.before, memory.contacts);
   memory.contacts.clear();
   list_joined(world, search), detail::list_ignored(world, search.ignored);
@@ -429,6 +431,17 @@ Pose pose_before(const Body& b, Real h) {
           glm::normalize(from_rotation_vector(-h * b.angular_velocity) * b.pose.rotation)};
 }
 
+/// Of those that the contacts of the step before brought near.
+void find_strikers(const World& world, DetectScratch& scratch) {
+  scratch.struck.assign(world.bodies.size(), 0);
+  const std::vector<Real>& reach = scratch.reach;
+  for (const Contact& c : contacts_of(world)) {
+    PANTIN_ASSERT(c.slot_a < reach.size() && c.slot_b < reach.size());
+    scratch.struck[c.slot_a] = std::max(scratch.struck[c.slot_a], reach[c.slot_b]);
+    scratch.struck[c.slot_b] = std::max(scratch.struck[c.slot_b], reach[c.slot_a]);
+  }
+}
+
 /// Kinematic bodies are at the end of the step already: for the search they return to its start,
 /// and their reach is the displacement over the step. So do those that a solver has moved.
 void detect(World& world, Real h, const ContactFilter* filter) {
@@ -446,6 +459,7 @@ void detect(World& world, Real h, const ContactFilter* filter) {
     const Real extent = shapes ? extent_of(*shapes) : 0;
     scratch.reach[slot] = h * (glm::length(b.velocity) + extent * glm::length(b.angular_velocity));
   }
+  find_strikers(world, scratch);
   for (std::size_t i = 0; i < world.collisions.size(); ++i) {
     if (world.collisions.values()[i].surface_velocity == Vec3(0)) continue;
     const std::uint32_t slot = world.bodies.slot(world.collisions.owners()[i]);

@@ -7,7 +7,14 @@ namespace pantin::detail::contact {
 
 /// A search that follows bodies through a step.
 struct WayFinder : Finder {
-  Real h = 0;  // s, of the step; 0: bodies stay where they are
+  Real h = 0;                         // s, of the step; 0: bodies stay where they are
+  std::span<const Real> struck = {};  // by slot, see DetectScratch
+
+  /// m: what strikes a body within the step may take it along, and press it through an obstacle.
+  Real reach_if_struck(std::uint32_t slot) const {
+    const Real own = reach_of(slot);
+    return slot < struck.size() && own > 0 ? std::max(own, struck[slot]) : own;
+  }
 };
 
 /// Of two convex shapes that would meet within the step, given their points at its start: makes

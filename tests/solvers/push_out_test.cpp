@@ -216,7 +216,8 @@ TEST_CASE("the forces of what is pushed out are those that carry it, and belts a
 TEST_CASE("a chain that becomes solid while it swings is pushed out from then on") {
   LedChain c;
   std::vector<Collision> solid;
-  for (const Entity e : c.links) solid.push_back(c.world.collisions[e]), c.world.collisions.remove(e);
+  for (const Entity e : c.links)
+    solid.push_back(c.world.collisions[e]), c.world.collisions.remove(e);
   const Entity ground = c.world.collisions.owners().front();
   const Collision on_ground = c.world.collisions[ground];
   c.world.collisions.remove(ground);
