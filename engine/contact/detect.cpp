@@ -409,6 +409,17 @@ void search_contacts(World& world, std::span<const Real> reach, Real h,
   store_contacts(s, search);
 }
 
+/// How far what may strike a body within the step moves: what was near it in the step before.
+void find_strikers(const World& world, DetectScratch& scratch) {
+  scratch.struck.assign(world.bodies.size(), 0);
+  const std::vector<Real>& reach = scratch.reach;
+  for (const Contact& c : contacts_of(world)) {
+    PANTIN_ASSERT(c.slot_a < reach.size() && c.slot_b < reach.size());
+    scratch.struck[c.slot_a] = std::max(scratch.struck[c.slot_a], reach[c.slot_b]);
+    scratch.struck[c.slot_b] = std::max(scratch.struck[c.slot_b], reach[c.slot_a]);
+  }
+}
+
 }  // namespace
 
 void find_contacts(World& world, std::span<const Real> reach) {
@@ -429,17 +440,6 @@ bool moves(const Body& b) {
 Pose pose_before(const Body& b, Real h) {
   return {b.pose.position - h * b.velocity,
           glm::normalize(from_rotation_vector(-h * b.angular_velocity) * b.pose.rotation)};
-}
-
-/// Of those that the contacts of the step before brought near.
-void find_strikers(const World& world, DetectScratch& scratch) {
-  scratch.struck.assign(world.bodies.size(), 0);
-  const std::vector<Real>& reach = scratch.reach;
-  for (const Contact& c : contacts_of(world)) {
-    PANTIN_ASSERT(c.slot_a < reach.size() && c.slot_b < reach.size());
-    scratch.struck[c.slot_a] = std::max(scratch.struck[c.slot_a], reach[c.slot_b]);
-    scratch.struck[c.slot_b] = std::max(scratch.struck[c.slot_b], reach[c.slot_a]);
-  }
 }
 
 /// Kinematic bodies are at the end of the step already: for the search they return to its start,

@@ -23,7 +23,7 @@ struct StartPose {
 /// Scratch memory of contact detection; not part of the state.
 struct DetectScratch {
   std::vector<Real> reach;   // m, by body slot: how far its surface may move in the step
-  std::vector<Real> struck;  // m, likewise, of what may strike it
+  std::vector<Real> struck;  // m, by body slot: how far what may strike it moves in the step
   std::vector<Pose> ends;    // poses of kinematic bodies at the end of the step
   std::vector<StartPose> starts;
   std::vector<std::uint8_t> has_fallen;  // by body slot: weight has acted on its velocity

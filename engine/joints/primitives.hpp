@@ -125,10 +125,10 @@ inline AngularRow angle_row(const AngularRow& s, const AngularRow& c, Vec3 w, Re
 }
 
 /// The twist about x of b relative to a (see swing_twist); the joint angle where the x axes agree.
-/// With x and x' of a and b, and the relative rotation q:
+/// With the axes x_a and x_b, and the relative rotation q:
 ///
 ///   theta = 2 atan2(q_x, q_w)
-///   theta' = u.(w_b - w_a),  u = (x + x') / (1 + x.x'),  1 + x.x' = 2 (q_w^2 + q_x^2)
+///   theta' = u.(w_b - w_a),  u = (x_a + x_b) / (1 + x_a.x_b),  1 + x_a.x_b = 2 (q_w^2 + q_x^2)
 ///
 /// Where the axes are opposite the angle is undefined: zeros.
 inline AngularRow twist_row(const Joint& joint, const BodyState& a, const BodyState& b,
@@ -137,12 +137,12 @@ inline AngularRow twist_row(const Joint& joint, const BodyState& a, const BodySt
   const Quat q = glm::conjugate(on_a) * on_b;
   const Real n = 2 * (q.w * q.w + q.x * q.x);
   if (n < 1e-20) return {before, Vec3(0), 0};
-  const Vec3 x = axis_of(on_a, 0), to = axis_of(on_b, 0), w = relative_angular_velocity(a, b);
-  const Vec3 u = (x + to) / n;
-  const Vec3 turned = glm::cross(a.angular_velocity, x) + glm::cross(b.angular_velocity, to);
+  const Vec3 xa = axis_of(on_a, 0), xb = axis_of(on_b, 0), w = relative_angular_velocity(a, b);
+  const Vec3 u = (xa + xb) / n;
+  const Vec3 rate = glm::cross(a.angular_velocity, xa) + glm::cross(b.angular_velocity, xb);
   const Real angle = 2 * std::atan2(q.x, q.w);
   return {angle - 2 * kPi * std::round((angle - before) / (2 * kPi)), -u,
-          glm::dot(turned, w) / n - glm::dot(u, w) * glm::dot(w, glm::cross(x, to)) / n};
+          glm::dot(rate, w) / n - glm::dot(u, w) * glm::dot(w, glm::cross(xa, xb)) / n};
 }
 
 inline void write_row(int row, const AngularRow& r, RowsOut out) {

@@ -59,3 +59,24 @@ TEST_CASE("what turns close above the ground keeps its motion, in a row and in a
   CHECK(end.kinetic <= (1 + 1e-9) * start.kinetic);
   CHECK(end.kinetic >= 0.98 * start.kinetic);
 }
+
+TEST_CASE("the floor below a body is looked for as far as a striker may take the body") {
+  World w;
+  w.gravity = Vec3(0);
+  const Entity floor = add_ground(w);
+  const Entity box = add_solid(w, box_shape({0.1, 0.02, 0.1}), {{0, 0.12, 0}}, Motion::dynamic);
+  const Entity ball = add_solid(w, ball_shape(0.05), {{0, 0.12 + 0.07 + 0.25, 0}}, Motion::dynamic);
+  w.bodies[ball].velocity = {0, -12, 0};  // 0.2 m a step: it strikes in the second one
+  Simulation sim(std::move(w), {1.0 / 60});
+  const auto is_listed = [&] {
+    const auto slot = [&](Entity e) { return sim.world.bodies.slot(e); };
+    const auto& contacts = contacts_of(sim.world);
+    return std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
+      return c.slot_a == slot(box) && c.slot_b == slot(floor);
+    });
+  };
+  sim.step();
+  CHECK_FALSE(is_listed());  // 0.1 m below a body at rest
+  sim.step();
+  CHECK(is_listed());
+}

@@ -18,6 +18,13 @@ bool has_colliders(const World& world, const Island& a) {
                      [&](Entity e) { return world.collisions.find(e) != nullptr; });
 }
 
+/// An island that stays as it is may become solid later.
+void prepare_contacts(const World& world, Island& a) {
+  if (world.collisions.empty() || !has_colliders(world, a)) return;
+  a.scratch.contact_rows.reserve(8 * a.count());
+  a.scratch.pushes.resize(a.count()), a.scratch.on_path.resize(a.count());
+}
+
 }  // namespace
 
 void prepare(World& world) {
@@ -25,6 +32,7 @@ void prepare(World& world) {
   if (all.scratch.prepared) return;  // a copy of a World has no scratch memory
   all.scratch.prepared = true;
   for (Island& a : all.list) {
+    prepare_contacts(world, a);
     if (a.scratch.targets.capacity() > 0) continue;  // allocated already
     const std::size_t n = a.count(), padded = a.slots.size();
     const bool shake = a.settings.solver == Solver::shake2;
@@ -44,10 +52,6 @@ void prepare(World& world) {
     if (has_free_tree(a)) r.outboard.assign(n, 0);
     if (has_rows(a)) r.on_path.assign(n, 0);
     if (!a.joints.empty()) r.conserving_sums.resize(n), r.conserving_nodes.resize(n);
-    if (!world.collisions.empty() && has_colliders(world, a)) {
-      r.contact_rows.reserve(8 * n);
-      r.pushes.assign(n, {}), r.on_path.assign(n, 0);
-    }
   }
 }
 

@@ -106,34 +106,32 @@ Real push_inwards(const World& world, Island& a, const Tree& tree, Real h) {
   return longest;
 }
 
-/// Whether a contact pushed its body: it touches one that was pushed out.
-bool has_pushed(const World& world, const Island& a, const ContactRow& row, Real h) {
-  const Contact& c = contacts_of(world)[row.contact];
-  return row.side >= 0 && !is_own(world, c.slot_b) && a.scratch.pushes[row.column].out > 0 &&
-         touch_of(world, a, row, h).depth >= -kPushedOut * a.size;
-}
-
-/// The force that translates a body so within a step, m way / h^2, as forces of its contacts: what
-/// it was pushed out by along their normals, in proportion to how far they oppose it, and friction
-/// in equal parts. Joints move it further; that is not counted.
+/// Shares the force that translates a body so within a step, m way / h^2, among the contacts that
+/// pushed it: what it was pushed out by along their normals, in proportion to how far they oppose
+/// it, and friction in equal parts. Joints move it further; that is not counted.
 void share_push(World& world, const Island& a, std::span<const ContactRow> rows, Real h) {
   const std::size_t column = rows.front().column;
   const BodyPush& push = a.scratch.pushes[column];
+  std::vector<Contact>& contacts = contacts_of(world);
+  // A contact whose other side is this body is another island's to report.
+  const auto pushed = [&](const ContactRow& row) {
+    return row.side > 0 && contacts[row.contact].active;
+  };
+  const auto opposes = [&](const Contact& c) {
+    return std::max(Real(0), glm::dot(c.normal, push.way));
+  };
   Real shares = 0, pushing = 0;
   for (const ContactRow& row : rows) {
-    Contact& c = contacts_of(world)[row.contact];
-    c.active = has_pushed(world, a, row, h);
-    if (!c.active) continue;
-    const Real share = std::max(Real(0), glm::dot(c.normal, push.way));
+    if (!pushed(row)) continue;
+    const Real share = opposes(contacts[row.contact]);
     shares += share * share, ++pushing;
   }
   if (!(shares > 0)) return;
   const Real to_force = world.bodies.values()[a.slots[column]].mass / (h * h);
   for (const ContactRow& row : rows) {
-    Contact& c = contacts_of(world)[row.contact];
-    if (!c.active) continue;
-    const Real share = std::max(Real(0), glm::dot(c.normal, push.way));
-    const Vec3 out = glm::dot(push.way, push.way) * share / shares * c.normal;
+    if (!pushed(row)) continue;
+    Contact& c = contacts[row.contact];
+    const Vec3 out = glm::dot(push.way, push.way) * opposes(c) / shares * c.normal;
     c.force = to_force * (out + push.held / pushing);
   }
 }
@@ -147,6 +145,8 @@ void report_push(World& world, const Island& a, Real h) {
     const Vec3 on_b = point_on(world, c.slot_b, c.point_b);
     const Vec3 on_a = touching_point(world, a, row);
     c.depth = std::max(Real(0), glm::dot(c.normal, on_b - on_a)), c.force = c.torque = Vec3(0);
+    c.active = !is_own(world, c.slot_b) && a.scratch.pushes[row.column].out > 0 &&
+               touch_of(world, a, row, h).depth >= -kPushedOut * a.size;
   }
   for (std::size_t i = 0; i < rows.size();) {
     const std::span<const ContactRow> body = rows_of(a, rows[i].column);
@@ -162,8 +162,8 @@ void push_out_trees(World& world, Island& a, Real h) {
   std::sort(rows.begin(), rows.end(), [](const ContactRow& x, const ContactRow& y) {
     return x.column != y.column ? x.column < y.column : x.contact < y.contact;
   });
-  // What became solid while its island stayed as it was has no memory for this yet.
-  a.scratch.pushes.assign(a.count(), {}), a.scratch.on_path.assign(a.count(), 0);
+  PANTIN_ASSERT(a.scratch.pushes.size() == a.count());
+  std::fill(a.scratch.pushes.begin(), a.scratch.pushes.end(), BodyPush{});
   for (int round = 0; round < a.settings.sweeps; ++round) {
     Real longest = 0;
     for (const Tree& tree : a.trees) longest = std::max(longest, push_inwards(world, a, tree, h));
