@@ -55,7 +55,7 @@ void Monitor::end_substep(const World& world, Real h) {
   if (built_for_ != world.structure()) return;
   found_.set_time(world.time + h);
   turns_.end_substep(world, h, energy_.stores(), found_);
-  contacts_.end_substep(world, found_);
+  contacts_.end_substep(world, h, found_);
 }
 
 /// Whether it matters beside what the island that is limited most has.

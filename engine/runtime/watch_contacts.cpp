@@ -1,6 +1,8 @@
 #include "engine/runtime/watch_contacts.hpp"
 
 #include <algorithm>
+#include <array>
+#include <span>
 
 #include "engine/base/rotation.hpp"
 #include "engine/contact/detect.hpp"
@@ -78,7 +80,8 @@ void ContactWatch::compile(const World& world) {
   solids_.clear(), unbounded_.clear();
   thickness_.assign(count, 0), shallow_.assign(count, 0), rests_for_.assign(count, 0),
       depth_.assign(count, 0), overlaps_.assign(count, {0, 0, -kToComeOut});
-  before_.assign(count, {}), leaps_.assign(count, 1);
+  before_.assign(count, {});
+  for (Body& b : before_) b.teleport = true;
   for (std::uint32_t slot = 0; slot < count; ++slot) {
     const Entity e = world.bodies.owners()[slot];
     const Collision* collision = world.collisions.find(e);
@@ -106,14 +109,11 @@ void ContactWatch::compile(const World& world) {
 
 void ContactWatch::begin_substep(const World& world) {
   if (solids_.empty()) return;
-  for (std::uint32_t i = 0; i < before_.size(); ++i) {
-    const Body& b = world.bodies.values()[i];
-    before_[i] = b.pose, leaps_[i] = b.teleport;
-  }
+  std::copy_n(world.bodies.values().begin(), before_.size(), before_.begin());
 }
 
 bool ContactWatch::may_meet(const World& world, std::uint32_t a, std::uint32_t b) const {
-  if (a == b || leaps_[a] || leaps_[b]) return false;
+  if (a == b || before_[a].teleport || before_[b].teleport) return false;
   return collide(world, a, b) && !are_joined(joined_, a, b);
 }
 
@@ -122,8 +122,8 @@ bool ContactWatch::is_fast(const World& world, const Solid& s) const {
   if (!(s.half_thickness > 0)) return false;
   const Body& b = world.bodies.values()[s.slot];
   if (b.motion == Motion::fixed) return false;
-  const Vec3 way =
-      to_world(b.pose, s.core.local.position) - to_world(before_[s.slot], s.core.local.position);
+  const Vec3 way = to_world(b.pose, s.core.local.position) -
+                   to_world(before_[s.slot].pose, s.core.local.position);
   return glm::dot(way, way) > 0.25 * s.half_thickness * s.half_thickness;
 }
 
@@ -137,53 +137,95 @@ void ContactWatch::place_boxes(const World& world) {
       continue;
     }
     boxes_[i] = bounds_of(*shape, compose(b.pose, shape->local));
-    boxes_[i].add(bounds_of(*shape, compose(before_[s.slot], shape->local)));
+    boxes_[i].add(bounds_of(*shape, compose(before_[s.slot].pose, shape->local)));
   }
   contact::update_tree(tree_, boxes_);
 }
 
-/// Slides the middle half of `a` along its way as `b` saw it, without turning it.
-void ContactWatch::check(const World& world, const Solid& a, const Solid& b,
-                         FindingList& found) const {
+/// m: how far a convex shape slides along `way`, without turning, until it meets `other`.
+std::optional<Real> way_to(const Shape& shape, Quat rotation, std::span<const Vec3> way,
+                           const PlacedShape& other) {
+  Real done = 0;
+  for (std::size_t i = 0; i + 1 < way.size(); ++i) {
+    const Real length = glm::length(way[i + 1] - way[i]);
+    if (!(length > kTiny)) continue;
+    const Pose from{way[i], rotation};
+    const auto hit = sweep({shape, from}, other, (way[i + 1] - way[i]) / length, length);
+    if (hit) return done + hit->distance;
+    done += length;
+  }
+  return {};
+}
+
+/// m: of that way, what lies between where it meets `other` first and leaves it last; none if it
+/// begins or ends within it, or does not meet it.
+std::optional<Real> way_within(const Shape& shape, Quat rotation, std::array<Vec3, 3> way,
+                               const PlacedShape& other) {
+  const Real length = glm::length(way[1] - way[0]) + glm::length(way[2] - way[1]);
+  const std::optional<Real> in = way_to(shape, rotation, way, other);
+  std::swap(way[0], way[2]);
+  const std::optional<Real> out = in ? way_to(shape, rotation, way, other) : std::nullopt;
+  if (!in || !out || *in <= 0 || *out <= 0) return {};
+  return length - *in - *out;
+}
+
+/// Slides the middle half of `a` along its way as `b` saw it, without turning it, through the
+/// middle half of `b` where that has its shape: what turns around an edge cuts off no more than the
+/// edge.
+/// m: how far it came within `b`, or none if it did not pass through.
+std::optional<Real> ContactWatch::passage(const World& world, const Solid& a, const Solid& b,
+                                          Real h) const {
   const Body &on_a = world.bodies.values()[a.slot], &on_b = world.bodies.values()[b.slot];
-  if (on_a.motion != Motion::dynamic && on_b.motion != Motion::dynamic) return;
-  const Shape* found_shape = find_shape(world, b.slot, b.shape);
-  if (!found_shape) return;
-  const Shape& other = *found_shape;
-  const Pose end = compose(on_a.pose, a.core.local), at = compose(on_b.pose, other.local);
-  const Pose seen = compose(inverse(before_[b.slot]), compose(before_[a.slot], a.core.local));
-  const Pose start = compose(on_b.pose, seen);
-  const Vec3 way = end.position - start.position;
-  const Real length = glm::length(way);
-  if (!(length > kTiny) || !is_finite(end) || !is_finite(at)) return;
-  const Real turn = turn_between(before_[b.slot].rotation, on_b.pose.rotation);
+  if (on_a.motion != Motion::dynamic && on_b.motion != Motion::dynamic) return {};
+  const Shape* other = find_shape(world, b.slot, b.shape);
+  if (!other) return {};
+  const Body &a_before = before_[a.slot], &b_before = before_[b.slot];
+  const Pose was = compose(a_before.pose, a.core.local);
+  const Pose start = compose(on_b.pose, compose(inverse(b_before.pose), was)),
+             end = compose(on_a.pose, a.core.local), at = compose(on_b.pose, other->local);
+  if (!is_finite(end) || !is_finite(at)) return {};
+  const Real turn = turn_between(b_before.pose.rotation, on_b.pose.rotation);
   const Real away = std::max(glm::length(end.position - on_b.pose.position),
                              glm::length(start.position - on_b.pose.position));
-  if (turn * turn / 8 * away > kStraight * a.half_thickness) return;
-  const Pose from{start.position, end.rotation};
+  if (turn * turn / 8 * away > kStraight * a.half_thickness) return {};
   Shape core = a.core;
   if (a.reach * turn_between(start.rotation, end.rotation) > a.half_thickness)
     core.kind = ShapeKind::sphere, core.size = Vec3(0.5 * a.half_thickness, 0, 0);
-  const std::optional<SweepHit> hit = sweep({core, from}, {other, at}, way / length, length);
-  if (!hit || hit->distance <= 0) return;
-  // Where it came in again on its way back, it is out; under the ground it is behind.
-  const std::optional<SweepHit> back = sweep({core, end}, {other, at}, -way / length, length);
-  const bool is_inside = back && back->distance <= 0;
-  const bool is_behind = is_unbounded(other.kind) && contains(other, to_local(at, end.position));
-  const Real within = length - hit->distance - (back ? back->distance : 0);
-  const bool is_through = back && !is_inside && within > kThrough * a.half_thickness;
-  if (!is_behind && !is_through) return;
-  const Entity where = world.bodies.owners()[on_a.motion == Motion::dynamic ? a.slot : b.slot];
-  found.note(FindingKind::passed_through, where, length - hit->distance);
+  const bool has_middle = b.half_thickness > 0 && b.core.kind == other->kind;
+  const PlacedShape there{has_middle ? b.core : *other, at};
+  const Vec3 middle = 0.5 * (start.position + end.position);
+  std::array<Vec3, 3> way{start.position, middle, end.position};
+  if (is_unbounded(other->kind) && contains(*other, to_local(at, end.position))) {
+    const std::optional<Real> above = way_to(core, end.rotation, way, there);
+    const Real length = glm::length(end.position - start.position);
+    return above && *above > 0 ? std::optional(length - *above) : std::nullopt;
+  }
+  const std::optional<Real> within = way_within(core, end.rotation, way, there);
+  if (!within || !(*within > kThrough * a.half_thickness)) return {};
+  // What swings goes around: a way with the velocities of both ends must pass through as well.
+  const Quat seen = on_b.pose.rotation * glm::conjugate(b_before.pose.rotation);
+  const auto apart = [](const Body& body, const Body& from, Vec3 point) {
+    return velocity_at(body, point) - velocity_at(from, point);
+  };
+  way[1] =
+      middle +
+      h / 8 * (seen * apart(a_before, b_before, was.position) - apart(on_a, on_b, end.position));
+  const std::optional<Real> around = way_within(core, end.rotation, way, there);
+  return around && *around > kThrough * a.half_thickness ? within : std::nullopt;
 }
 
-void ContactWatch::end_substep(const World& world, FindingList& found) {
+void ContactWatch::end_substep(const World& world, Real h, FindingList& found) {
   bool placed = false;
   for (const Solid& s : solids_) {
-    if (leaps_[s.slot] || !is_fast(world, s)) continue;
+    if (before_[s.slot].teleport || !is_fast(world, s)) continue;
     if (!placed) place_boxes(world), placed = true;
     const auto meet = [&](std::uint32_t i) {
-      if (may_meet(world, s.slot, solids_[i].slot)) check(world, s, solids_[i], found);
+      const Solid& other = solids_[i];
+      if (!may_meet(world, s.slot, other.slot)) return;
+      const bool is_led = world.bodies.values()[s.slot].motion != Motion::dynamic;
+      if (const std::optional<Real> way = passage(world, s, other, h))
+        found.note(FindingKind::passed_through, world.bodies.owners()[is_led ? other.slot : s.slot],
+                   *way);
     };
     tree_.query(boxes_[static_cast<std::size_t>(&s - solids_.data())], meet);
     for (const std::uint32_t i : unbounded_) meet(i);

@@ -1,6 +1,7 @@
 #pragma once
 /// What lies too deep in something, and what came through something: a continuous check of what
 /// moves by more than its own thickness in a substep, from poses and shapes alone.
+#include <optional>
 #include <vector>
 
 #include "engine/contact/search.hpp"
@@ -15,8 +16,8 @@ class ContactWatch {
   void compile(const World& world);
   /// Before bodies are moved, kinematic ones included.
   void begin_substep(const World& world);
-  /// After the solvers; looks for what passed through something.
-  void end_substep(const World& world, FindingList& found);
+  /// After the solvers, `h` seconds later; looks for what passed through something.
+  void end_substep(const World& world, Real h, FindingList& found);
   /// At the end of a step of `h` seconds: looks for what lies too deep.
   void end_step(const World& world, Real h, FindingList& found);
 
@@ -37,12 +38,11 @@ class ContactWatch {
   bool may_meet(const World& world, std::uint32_t a, std::uint32_t b) const;
   bool is_fast(const World& world, const Solid& s) const;
   void place_boxes(const World& world);
-  void check(const World& world, const Solid& a, const Solid& b, FindingList& found) const;
+  std::optional<Real> passage(const World& world, const Solid& a, const Solid& b, Real h) const;
 
   std::vector<Solid> solids_;                          // by body
   std::vector<std::uint32_t> unbounded_;               // of them
-  std::vector<Pose> before_;                           // by slot
-  std::vector<std::uint8_t> leaps_;                    // by slot: was placed anew
+  std::vector<Body> before_;                           // by slot, as the substep began
   std::vector<Real> thickness_, shallow_, rests_for_;  // by slot: m, of the thinnest shape; m; s
   std::vector<Real> depth_;                            // m, by slot, of this step
   std::vector<Overlap> overlaps_;                      // by slot

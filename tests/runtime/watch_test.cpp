@@ -37,15 +37,16 @@ Wheels two_wheels(Solver solver = Solver::articulated) {
   return t;
 }
 
-/// What passes through something when a box goes from one place to another in a substep.
-FindingList after_way(World w, Entity e, const Pose& to) {
+/// What passes through something when a box goes from one place to another in a substep, and has
+/// that velocity there.
+FindingList after_way(World w, Entity e, const Pose& to, Vec3 velocity = Vec3(0)) {
   ContactWatch watch;
   FindingList found;
   found.open();
   watch.compile(w);
   watch.begin_substep(w);
-  w.bodies[e].pose = to;
-  watch.end_substep(w, found);
+  w.bodies[e].pose = to, w.bodies[e].velocity = velocity;
+  watch.end_substep(w, kStep, found);
   return found;
 }
 
@@ -244,6 +245,35 @@ TEST_CASE("what comes out on the other side of a plate is told, what stays on it
   CHECK_FALSE(passes({0, 0.06, 0}));  // its edge is in the plate: not through it
   CHECK_FALSE(passes({3, -0.5, 0}));  // past the rim
   CHECK_FALSE(passes({0, 2, 0}));
+}
+
+TEST_CASE("what swings around a post does not pass through it, what swings through a wall does") {
+  for (const bool wide : {false, true}) {
+    World w;
+    const Entity box = add_box(w, {1, 0, 0}, Vec3(0.1));
+    const Real half_width = wide ? 0.4 : 0.1;
+    const Quat askew = glm::angleAxis(kPi / 4, Vec3(0, 0, 1));
+    add_box(w, {0.5, 0.5, 0}, {half_width, 0.05, 0.3}, Motion::fixed);
+    for (Body& b : w.bodies.values())
+      if (b.motion == Motion::fixed) b.pose.rotation = askew;
+    w.bodies[box].velocity = {0, kPi / 2 / kStep, 0};
+    const FindingList found =
+        after_way(built(std::move(w)), box, {{0, 1, 0}, kIdentity}, {-kPi / 2 / kStep, 0, 0});
+    CHECK((find(found, FindingKind::passed_through) != nullptr) == wide);
+  }
+}
+
+TEST_CASE("what goes around the edge of a block does not pass through it") {
+  World w;
+  const Entity box = add_box(w, {0.3, 0.62, 0}, Vec3(0.1));
+  add_box(w, {0, 0, 0}, Vec3(0.5), Motion::fixed);
+  const World start = built(std::move(w));
+  const auto passes = [&](Vec3 to) {
+    return find(after_way(start, box, {to, kIdentity}), FindingKind::passed_through) != nullptr;
+  };
+  CHECK_FALSE(passes({0.62, 0.3, 0}));
+  CHECK(passes({0.3, -0.62, 0}));
+  CHECK(passes({-0.62, -0.1, 0}));
 }
 
 TEST_CASE("what falls below the ground, and what a fast plate goes through, is told") {
