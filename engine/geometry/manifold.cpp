@@ -379,7 +379,7 @@ void collide_overlapping(const Convex& a, const Convex& b, const Facing* facing,
   if (gap > margin) return;
   const std::size_t first = points.size();
   Clip k{a, b, n, margin, facing, points};
-  if (axis.from != Axis::From::edges && axis.from != Axis::From::beyond) clip(k);
+  if (axis.from != Axis::From::beyond) clip(k);
   Real least = 1e300;
   for (std::size_t i = first; i < points.size(); ++i) least = glm::min(least, points[i].gap);
   // A neighbour that a does not cut through has no points to take over.

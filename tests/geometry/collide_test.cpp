@@ -193,6 +193,25 @@ TEST_CASE("boxes touch with the corners of what their faces share, and once wher
   }
 }
 
+TEST_CASE(
+    "a board that lies askew on the edge of a block touches it where the edge enters and leaves") {
+  const Shape block = box({1, 0.5, 1}), board = box({0.0475, 0.03, 0.125});
+  for (const Real roll : {-0.01, 0.0, 0.01})
+    for (const Real depth : {0.003, 0.006}) {
+      const Quat turn = from_rotation_vector({0.15, 0, 0}) * from_rotation_vector({0, 1.3, 0}) *
+                        from_rotation_vector({0, 0, roll});
+      const Vec3 up = turn * Vec3(0, 1, 0);
+      const Pose on_edge{Vec3(0, 0.5, 1) + (0.03 - depth) * up, turn};
+      const Points points = touching(board, on_edge, block, {}, 0);
+      Real low = 1, high = -1;
+      for (const ContactPoint& p : points)
+        low = std::min(low, p.on_a.x), high = std::max(high, p.on_a.x);
+      INFO(roll << " " << depth << " " << points.size());
+      CHECK(points.size() >= 2);
+      CHECK(high - low > 0.15);
+    }
+}
+
 TEST_CASE("a hull that is a box touches as the box does") {
   Random dice(17);
   const Vec3 half(0.3, 0.5, 0.2);
