@@ -222,7 +222,10 @@ void step_contact_groups(World& world, const StepTask& task) {
                  std::span(r.loops).subspan(g.first_loops, g.loops),
                  std::span(r.looped).subspan(g.first_looped, g.looped),
                  std::span(r.path_steps).subspan(g.first_step, g.steps),
-                 std::span(r.loop_numbers).subspan(g.first_number, g.numbers),
+                 std::span(r.number_list).subspan(g.first_number, g.numbers),
+                 std::span(r.resting).subspan(g.first_resting, g.resting),
+                 std::span(r.rest_contacts).subspan(g.first_contact, g.contacts),
+                 std::span(r.rest_rows).subspan(g.first_resting, g.resting),
                  world.time};
   };
   for_each_island(r.groups.size(), task, [&](std::size_t i) { step_group(group(r.groups[i]), h); });

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/block_envelope.hpp"
 #include "engine/base/disjoint_sets.hpp"
 #include "engine/base/invariants.hpp"
 #include "engine/base/math.hpp"
@@ -254,16 +255,33 @@ struct GroupLoops {
   std::uint32_t first_tree = 0, trees = 0;
   std::uint32_t first_step = 0;  // in GroupScratch::path_steps, of a body's way to the root
   Real open = 0;                 // m: gaps that are left to close by and by
-  std::size_t factor = 0;        // in GroupScratch::loop_numbers: a row of blocks for each tie
+  std::size_t factor = 0;        // in GroupScratch::number_list: a row of blocks for each tie
   std::size_t left = 0;          // there too: what is left to solve
 };
 
 /// A body of such an island that contacts, springs or cables push: how loops hold it.
 struct LoopedBody {
   std::uint32_t loops = 0, node = 0;  // in the group
-  std::size_t rows = 0;               // in GroupScratch::loop_numbers: by force, then by torque
+  std::size_t rows = 0;               // in GroupScratch::number_list: by force, then by torque
   bool known = false;                 // in this substep
   Response response;                  // with all loops closed
+};
+
+/// A free body of a group that rests (group_rest.cpp). Motions are velocities and spins.
+struct RestBody {
+  std::uint32_t row = 0;  // of the factor
+  Mat3 inertia{0};        // kg m^2, world axes
+  Wrench free, motion;    // without contacts; as found so far
+  Wrench left, way;       // momenta out of balance; where Newton's method leads
+};
+
+/// A contact of such a group, along its axes.
+struct RestContact {
+  bool near = false, slides = false;
+  bool may_press = false, presses = false;  // is expected to, before the first iteration
+  Real yield = 0;                           // 1/kg
+  Vec3 goal{0}, speed{0}, change{0};        // m/s, of a's point relative to b's
+  Vec3 impulse{0};                          // N s
 };
 
 /// One group of a step: bodies that touch one another, and the fixed ones that they touch.
@@ -278,7 +296,11 @@ struct Group {
   std::span<GroupLoops> loops;
   std::span<LoopedBody> looped;
   std::span<PathStep> path_steps;
-  std::span<Real> loop_numbers;
+  std::span<Real> numbers;  // of loops, or of a group that rests
+  // Of a group that rests:
+  std::span<RestBody> resting;
+  std::span<RestContact> rest_contacts;
+  std::span<const EnvelopeRow> rest_rows;
   Real time = 0;  // s, at the start of the step
 
   GroupBody& a(const GroupContact& c) const { return bodies[c.a]; }
@@ -381,6 +403,14 @@ void bound_energy(const Group& g, Real before);
 /// The same between substeps, given the energy of the bodies' own velocities.
 void slow_bodies(const Group& g, Real now, Real before);
 
+// Groups that hardly move (group_rest.cpp).
+
+/// Whether bodies, the first of which are free, move so little in a step of h seconds.
+bool is_calm(std::span<const GroupBody> bodies, std::size_t free, Real h);
+/// The whole step, where it stays at rest. Leaves impulses of h seconds. Else false, and nothing
+/// has moved.
+bool rest_group(const Group& g, Real h);
+
 // Springs and cables (group_ties.cpp).
 /// Where a tie's points are.
 void place_tie(const Group& g, GroupTie& t);
@@ -425,6 +455,7 @@ struct GroupScratch {
     std::size_t first_tie = 0, ties = 0, first_rolling = 0, rollings = 0;
     std::size_t first_loops = 0, loops = 0, first_looped = 0, looped = 0;
     std::size_t first_step = 0, steps = 0, first_number = 0, numbers = 0;
+    std::size_t first_resting = 0, resting = 0;
   };
   DisjointSets sets{0};                 // of islands
   std::vector<std::uint32_t> group_of;  // by island
@@ -442,9 +473,13 @@ struct GroupScratch {
   std::vector<GroupLoops> loops;
   std::vector<LoopedBody> looped;
   std::vector<PathStep> path_steps;
-  std::vector<Real> loop_numbers;
-  std::size_t numbers = 0;                 // of these, in use
-  std::vector<std::uint32_t> ends, roots;  // by column, while an island is gathered
+  std::vector<RestBody> resting;
+  std::vector<RestContact> rest_contacts;  // as `contacts`
+  std::vector<EnvelopeRow> rest_rows;
+  std::vector<Real> number_list;
+  std::size_t numbers = 0;                     // of these, in use
+  std::vector<std::uint32_t> ends, roots;      // by column, while an island is gathered
+  std::vector<std::uint32_t> links, numbered;  // while the rows of a factor are ordered
 };
 
 }  // namespace pantin::detail::articulated

@@ -50,6 +50,8 @@ inline bool are_coupled(GroupScratch& r, const GroupScratch::Range& range, const
 /// Pins, loops and cables of an island whose bodies are in the group.
 void gather_ties(const World& world, GroupScratch& r, const GroupScratch::Range& range,
                  const IslandStep& of);
+/// What solves a group that hardly moves as a whole, if it may be one (gather_rest.cpp).
+void gather_resting(GroupScratch& r, const GroupScratch::Range& range, Real h);
 /// Bodies that something pushes, of islands with loops; after the contacts and ties of a group.
 void add_looped(GroupScratch& r, const GroupScratch::Range& range);
 

@@ -224,7 +224,7 @@ GroupScratch::Range next_range(const GroupScratch& r) {
   range.first_cross = r.crosses.size(), range.first_tie = r.ties.size();
   range.first_rolling = r.rollings.size(), range.first_loops = r.loops.size();
   range.first_looped = r.looped.size(), range.first_step = r.path_steps.size();
-  range.first_number = r.numbers;
+  range.first_number = r.numbers, range.first_resting = r.resting.size();
   return range;
 }
 
@@ -240,6 +240,7 @@ void end_range(GroupScratch& r, GroupScratch::Range range) {
   range.looped = r.looped.size() - range.first_looped;
   range.steps = r.path_steps.size() - range.first_step;
   range.numbers = r.numbers - range.first_number;
+  range.resting = r.resting.size() - range.first_resting;
   PANTIN_ASSERT(range.bodies > 1 && range.contacts > 0);
   r.groups.push_back(range);
 }
@@ -267,6 +268,7 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
   r.order.clear(), r.groups.clear(), r.bodies.clear(), r.contacts.clear();
   r.nodes.clear(), r.trees.clear(), r.crosses.clear(), r.ties.clear(), r.rollings.clear();
   r.loops.clear(), r.looped.clear(), r.path_steps.clear(), r.numbers = 0;
+  r.resting.clear(), r.rest_rows.clear();
   const auto group_at = [&](std::uint32_t contact) {
     return r.group_of[owner_of(partition, contacts[contact].slot_a).island];
   };
@@ -323,10 +325,12 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
       if (first) gather_ties(world, r, range, {body.island, h});
     }
     add_looped(r, range);
+    gather_resting(r, range, h);
     end_range(r, range);
     from = to;
   }
-  if (r.loop_numbers.size() < r.numbers) r.loop_numbers.resize(r.numbers);
+  if (r.number_list.size() < r.numbers) r.number_list.resize(r.numbers);
+  r.rest_contacts.resize(r.contacts.size());
 }
 
 }  // namespace pantin::detail::articulated

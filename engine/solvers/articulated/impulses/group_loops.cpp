@@ -37,7 +37,7 @@ constexpr std::size_t kWide = kBlockWide;
 
 Real* row_of(const Group& g, const GroupLoops& l, std::size_t tie) {
   PANTIN_ASSERT(tie < l.ties);
-  return g.loop_numbers.data() + l.factor + tie * l.ties * 3 * kWide;
+  return g.numbers.data() + l.factor + tie * l.ties * 3 * kWide;
 }
 std::span<GroupTie> ties_of(const Group& g, const GroupLoops& l) {
   return g.ties.subspan(l.first_tie, l.ties);
@@ -214,7 +214,7 @@ Vec3 limited(Vec3 speed) {
 
 /// L z = z.
 void solve_forwards(const Group& g, const GroupLoops& l) {
-  Real* z = g.loop_numbers.data() + l.left;
+  Real* z = g.numbers.data() + l.left;
   for (std::uint32_t i = 0; i < l.ties; ++i) {
     const Real* row = row_of(g, l, i);
     Real sum[kWide] = {};
@@ -230,7 +230,7 @@ void solve_forwards(const Group& g, const GroupLoops& l) {
 
 /// L^T z = z.
 void solve_backwards(const Group& g, const GroupLoops& l) {
-  Real* z = g.loop_numbers.data() + l.left;
+  Real* z = g.numbers.data() + l.left;
   for (std::uint32_t i = l.ties; i-- > 0;) {
     const Real* row = row_of(g, l, i);
     const Real* d = row + i * 3 * kWide;
@@ -245,12 +245,12 @@ void solve_backwards(const Group& g, const GroupLoops& l) {
 
 Vec3 left_of(const Group& g, const GroupLoops& l, std::uint32_t tie) {
   PANTIN_ASSERT(tie < l.ties);
-  const Real* z = g.loop_numbers.data() + l.left + 3 * tie;
+  const Real* z = g.numbers.data() + l.left + 3 * tie;
   return {z[0], z[1], z[2]};
 }
 void set_left(const Group& g, const GroupLoops& l, std::uint32_t tie, Vec3 v) {
   PANTIN_ASSERT(tie < l.ties);
-  Real* z = g.loop_numbers.data() + l.left + 3 * tie;
+  Real* z = g.numbers.data() + l.left + 3 * tie;
   z[0] = v.x, z[1] = v.y, z[2] = v.z;
 }
 
@@ -347,7 +347,7 @@ void prepare_looped(const Group& g, std::uint32_t body) {
   const GroupLoops& l = g.loops[looped.loops];
   const std::size_t width = 3 * kWide;
   PANTIN_ASSERT(b.node == looped.node);
-  Real* const by_force = g.loop_numbers.data() + looped.rows;
+  Real* const by_force = g.numbers.data() + looped.rows;
   Real* const by_torque = by_force + l.ties * width;
   for (Real* row : {by_force, by_torque}) {
     const bool force = row == by_force;
@@ -402,8 +402,8 @@ void end_loops(const Group& g) {
 Wrench change_by_loops(const Group& g, const LoopedBody& b) {
   PANTIN_ASSERT(b.known);
   const GroupLoops& l = g.loops[b.loops];
-  const Real* z = g.loop_numbers.data() + l.left;
-  const Real* by_force = g.loop_numbers.data() + b.rows;
+  const Real* z = g.numbers.data() + l.left;
+  const Real* by_force = g.numbers.data() + b.rows;
   const Real* by_torque = by_force + l.ties * 3 * kWide;
   Real f[kWide] = {}, t[kWide] = {};
   for (std::size_t k = 0; k < 3 * l.ties; ++k)
@@ -417,8 +417,8 @@ Wrench change_by_loops(const Group& g, const LoopedBody& b) {
 void push_looped(const Group& g, const LoopedBody& b, const Wrench& impulse) {
   PANTIN_ASSERT(b.known);
   const GroupLoops& l = g.loops[b.loops];
-  Real* z = g.loop_numbers.data() + l.left;
-  const Real* by_force = g.loop_numbers.data() + b.rows;
+  Real* z = g.numbers.data() + l.left;
+  const Real* by_force = g.numbers.data() + b.rows;
   const Real* by_torque = by_force + l.ties * 3 * kWide;
   for (std::size_t k = 0; k < 3 * l.ties; ++k) {
     const Real *f = by_force + k * kWide, *t = by_torque + k * kWide;
@@ -475,8 +475,8 @@ CrossResponse cross_response_of(const Group& g, std::uint32_t a, std::uint32_t b
   const LoopedBody &first = g.looped[g.bodies[a].looped], &second = g.looped[g.bodies[b].looped];
   PANTIN_ASSERT(first.loops == second.loops && first.known && second.known);
   const std::size_t columns = 3 * g.loops[first.loops].ties;
-  const Real* const rows_a = g.loop_numbers.data() + first.rows;
-  const Real* const rows_b = g.loop_numbers.data() + second.rows;
+  const Real* const rows_a = g.numbers.data() + first.rows;
+  const Real* const rows_b = g.numbers.data() + second.rows;
   const std::size_t torque = columns * kWide;
   x.vf = less_products(x.vf, rows_a, rows_b, columns);
   x.vt = less_products(x.vt, rows_a, rows_b + torque, columns);

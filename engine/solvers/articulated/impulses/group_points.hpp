@@ -33,6 +33,12 @@ inline constexpr std::size_t kFewBodies = 3;
 /// of a substep.
 inline constexpr Real kLeastBlow = 0.05, kLeastTimed = 0.5;
 
+/// Half of the drag before the forces of a substep, half after its contacts: what rests is not
+/// lighter for its drag.
+void slow_down(GroupBody& b, Real h);
+/// A free body, and a fixed one that is led.
+void move(GroupBody& b, Vec3 velocity, Real h);
+
 // How many substeps a group takes, and where they are divided (group_substeps.cpp).
 int substeps_of(const Group& g, Real h);
 /// Points of a rim that stay on their body become the one that goes around, where it goes far.

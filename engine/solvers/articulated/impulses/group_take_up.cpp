@@ -56,7 +56,7 @@ void take_up(const Group& g, const Substep& s, Real h) {
       }
       if (!lasts && !wild) continue;
       const Real rest = lasts ? std::clamp(kTakenUp * mean, Real(0), c.shallow) : 0;
-      c.settling = std::abs(rest - c.rest);
+      c.settling = (1 - part) * std::abs(rest - c.rest);
       c.rest = std::max(kLeastRest, c.rest + part * (rest - c.rest));
     }
   }

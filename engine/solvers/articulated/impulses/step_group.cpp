@@ -55,6 +55,8 @@ constexpr Real kBlow = 10, kLoadSpeed = 0.2, kHeld = 0.99995;
 /// Of the energy of a substep: where impulses add more, they are found again from none.
 constexpr Real kSlightGain = 0.01;
 constexpr int kSweepsFromNone = 12;
+/// s: loads of what rests are taken up at once.
+constexpr Real kForGood = std::numeric_limits<Real>::infinity();
 /// m/s: other impulses may make bodies approach so much faster within a substep, or as fast as
 /// anything of the group moves.
 constexpr Real kSuddenSpeed = 2;
@@ -141,29 +143,9 @@ Real sweep_group(const Group& g, const Substep& s, Sweep sweep, Order order) {
   end_loops(g);
   return most;
 }
-/// Half of the drag before the forces of a substep, half after its contacts: what rests is not
-/// lighter for its drag.
-void slow_down(GroupBody& b, Real h) {
-  const Real half = std::exp(-0.5 * h * b.drag);
-  b.velocity *= half, b.angular_momentum *= half, b.spin *= half;
-}
-
 /// Weight and forces over a time.
 void accelerate(GroupBody& b, Real h) {
   b.velocity += h * b.acceleration, b.angular_momentum += h * b.torque;
-  b.spin = b.response * b.angular_momentum;
-}
-
-void move(GroupBody& b, Vec3 velocity, Real h) {
-  b.pose.position += h * velocity;
-  if (b.per_mass == 0) {
-    b.pose.rotation = glm::normalize(from_rotation_vector(h * b.spin) * b.pose.rotation);
-    return;
-  }
-  const Quat half = from_rotation_vector(0.5 * h * b.spin) * b.pose.rotation;
-  const Vec3 mean = inverse_inertia(b, half) * b.angular_momentum;
-  b.pose.rotation = glm::normalize(from_rotation_vector(h * mean) * b.pose.rotation);
-  b.response = inverse_inertia(b, b.pose.rotation);
   b.spin = b.response * b.angular_momentum;
 }
 
@@ -423,6 +405,24 @@ Mat3 inverse_inertia(const GroupBody& b, Quat q) {
   return Mat3(per.x * r[0], per.y * r[1], per.z * r[2]) * glm::transpose(r);
 }
 
+void slow_down(GroupBody& b, Real h) {
+  const Real half = std::exp(-0.5 * h * b.drag);
+  b.velocity *= half, b.angular_momentum *= half, b.spin *= half;
+}
+
+void move(GroupBody& b, Vec3 velocity, Real h) {
+  b.pose.position += h * velocity;
+  if (b.per_mass == 0) {
+    b.pose.rotation = glm::normalize(from_rotation_vector(h * b.spin) * b.pose.rotation);
+    return;
+  }
+  const Quat half = from_rotation_vector(0.5 * h * b.spin) * b.pose.rotation;
+  const Vec3 mean = inverse_inertia(b, half) * b.angular_momentum;
+  b.pose.rotation = glm::normalize(from_rotation_vector(h * mean) * b.pose.rotation);
+  b.response = inverse_inertia(b, b.pose.rotation);
+  b.spin = b.response * b.angular_momentum;
+}
+
 namespace {
 
 /// Whether something bounces, has done so or is about to: before and after it swings freely, whose
@@ -463,11 +463,13 @@ void step_group(const Group& g, Real h) {
   const bool is_bound = !g.trees.empty() && is_left_alone(g);
   const Real energy = energy_of_bodies(g);
   for (GroupBody& b : g.bodies) b.from = b.pose.position;
-  for (int n = 0; n < substeps; ++n) {
+  const bool rests = rest_group(g, h);
+  if (rests) change_length(g, s.h / h);
+  for (int n = 0; n < substeps && !rests; ++n) {
     s.part = {s.h, Real(n) / substeps, n + 1 == substeps ? 1 : Real(n + 1) / substeps, h};
     take_parts(g, s, turned(Order::forwards, n));
   }
-  if (!s.hard) take_up(g, s, h);
+  if (!s.hard) take_up(g, s, rests ? kForGood : h);
   const GroupPart end{0, 1, 1, h};
   if (!g.loops.empty()) {
     for (GroupLoops& l : g.loops) l.open *= kLeftOpen;

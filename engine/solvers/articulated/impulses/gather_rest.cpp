@@ -1,0 +1,109 @@
+// The rows of the factor for a group that may rest (group_rest.cpp).
+#include <algorithm>
+
+#include "engine/solvers/articulated/impulses/gather.hpp"
+#include "engine/solvers/articulated/impulses/group_points.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+/// Points of a pair, in the mean: what touches at single ones rolls, and does not rest for long.
+constexpr std::size_t kLeastPoints = 2;
+/// Products of blocks that the factor may take for each contact: where it takes more, sweeps cost
+/// less.
+constexpr std::size_t kMostProducts = 50;
+
+/// Who touches whom, of the free bodies of the last group: those of body i are `links` from
+/// `ends[i]` to `ends[i + 1]`.
+void find_links(GroupScratch& r, const GroupScratch::Range& range, std::size_t count) {
+  const auto contacts = std::span(r.contacts).subspan(range.first_contact);
+  const auto for_pairs = [&](auto&& visit) {
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      const GroupContact& c = contacts[i];
+      if (c.b < count && (i == 0 || !have_same_bodies(c, contacts[i - 1]))) visit(c.a, c.b);
+    }
+  };
+  r.ends.assign(count + 2, 0);
+  for_pairs([&](std::uint32_t a, std::uint32_t b) { ++r.ends[a + 2], ++r.ends[b + 2]; });
+  for (std::size_t i = 2; i < r.ends.size(); ++i) r.ends[i] += r.ends[i - 1];
+  r.links.resize(r.ends.back());
+  for_pairs([&](std::uint32_t a, std::uint32_t b) {
+    r.links[r.ends[a + 1]++] = b, r.links[r.ends[b + 1]++] = a;
+  });
+}
+
+/// Whether bodies lie on faces.
+bool has_faces(std::span<const GroupContact> contacts) {
+  std::size_t pairs = 0;
+  for (std::size_t i = 0; i < contacts.size(); ++i)
+    pairs += i == 0 || !have_same_bodies(contacts[i], contacts[i - 1]);
+  return contacts.size() >= kLeastPoints * pairs;
+}
+
+/// Leaves in `roots` the bodies from the outside inwards, neighbours near one another.
+/// [Cuthill & McKee 1969]
+void find_order(GroupScratch& r, std::size_t count) {
+  const auto degree = [&](std::uint32_t i) { return r.ends[i + 1] - r.ends[i]; };
+  r.roots.clear(), r.numbered.assign(count, kNone);
+  const auto add = [&](std::uint32_t i) {
+    r.numbered[i] = static_cast<std::uint32_t>(r.roots.size()), r.roots.push_back(i);
+  };
+  for (std::size_t next = 0; r.roots.size() < count;) {
+    std::uint32_t start = kNone;
+    for (std::uint32_t i = 0; i < count; ++i)
+      if (r.numbered[i] == kNone && (start == kNone || degree(i) < degree(start))) start = i;
+    add(start);
+    for (; next < r.roots.size(); ++next) {
+      const std::size_t first = r.roots.size();
+      const std::uint32_t body = r.roots[next];
+      for (std::uint32_t k = r.ends[body]; k < r.ends[body + 1]; ++k)
+        if (r.numbered[r.links[k]] == kNone) add(r.links[k]);
+      const auto by_degree = [&](std::uint32_t i, std::uint32_t j) {
+        return std::pair(degree(i), i) < std::pair(degree(j), j);
+      };
+      std::sort(r.roots.begin() + static_cast<std::ptrdiff_t>(first), r.roots.end(), by_degree);
+      for (std::size_t i = first; i < r.roots.size(); ++i)
+        r.numbered[r.roots[i]] = static_cast<std::uint32_t>(i);
+    }
+  }
+}
+
+}  // namespace
+
+void gather_resting(GroupScratch& r, const GroupScratch::Range& range, Real h) {
+  const auto bodies = std::span(r.bodies).subspan(range.first_body);
+  const auto fixed = std::find_if(bodies.begin(), bodies.end(),
+                                  [](const GroupBody& b) { return b.per_mass == 0; });
+  const auto count = static_cast<std::size_t>(fixed - bodies.begin());
+  if (count < 2 || r.nodes.size() > range.first_node || r.ties.size() > range.first_tie ||
+      r.rollings.size() > range.first_rolling || !is_calm(bodies, count, h) ||
+      !has_faces(std::span(r.contacts).subspan(range.first_contact)))
+    return;
+  find_links(r, range, count);
+  find_order(r, count);
+  std::size_t blocks = 0, products = 0;
+  for (std::size_t row = 0; row < count; ++row) {
+    // From the last to the first of that order, which fills less.
+    const auto row_of = [&](std::uint32_t body) {
+      return static_cast<std::uint32_t>(count - 1 - r.numbered[body]);
+    };
+    const std::uint32_t body = r.roots[count - 1 - row];
+    std::uint32_t first = row_of(body);
+    for (std::uint32_t k = r.ends[body]; k < r.ends[body + 1]; ++k)
+      first = std::min(first, row_of(r.links[k]));
+    r.rest_rows.push_back({first, kEnvelopeBlock * blocks});
+    const std::size_t width = row - first + 1;
+    blocks += width, products += width * width / 2;
+  }
+  if (products > kMostProducts * (r.contacts.size() - range.first_contact)) {
+    r.rest_rows.resize(range.first_resting);
+    return;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    r.resting.emplace_back();
+    r.resting.back().row = static_cast<std::uint32_t>(count - 1 - r.numbered[i]);
+  }
+  r.numbers += kEnvelopeWide * count + kEnvelopeBlock * blocks;
+}
+
+}  // namespace pantin::detail::articulated

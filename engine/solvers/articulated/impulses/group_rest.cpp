@@ -1,0 +1,412 @@
+// Groups of free bodies that hardly move, solved as a whole in one step.
+//
+// The velocities v at the end of the step are those at which
+//   1/2 (v - v*)^T M (v - v*) + 1/2 sum over points of R |p|^2
+// is least, with v* those without contacts. The impulse p of a point is (goal - J v) / R, brought
+// into Coulomb's cone: a contact that gives way by R, so little that no load shows. Newton's method
+// with a factor of M + J^T G J, whose blocks are pairs of bodies that touch: a tower's is a line.
+// What rests needs no iteration or one, whatever it weighs. [Castro, Permenter & Han 2022]
+//
+// The cone of that problem is convex, so what slides is lifted by its friction: where something
+// slides, moves or does not converge, nothing is done here, and sweeps follow (step_group.cpp).
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "engine/base/rotation.hpp"
+#include "engine/solvers/articulated/impulses/group_points.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+/// m/s, and of the size of the smallest body in a step: what moves no faster is calm.
+constexpr Real kCalmSpeed = 0.02, kCalmWay = 0.02;
+/// m/s: what few bodies do is exact without, unless it is nothing.
+constexpr Real kStill = 1e-3;
+/// m/s: what slides faster is not at rest.
+constexpr Real kSlides = 1e-3;
+/// Of the response of a point to an impulse: how far it gives way.
+constexpr Real kYield = 1e-7;
+/// Of the speed that weight gives in a step: no load closes a point faster.
+constexpr Real kSinks = 1e-5;
+/// Of an overlap deeper than the last, in sizes of a body, closed in a step; and in such sizes in a
+/// second, no faster.
+constexpr Real kClosed = 0.2, kCloses = 1e-2, kSunk = 1e-6;
+constexpr Real kMayPress = 0.1;
+constexpr int kFirstIterations = 2, kSearchSteps = 40;
+/// Of that response, and iterations with it.
+constexpr std::pair<Real, int> kSofter[] = {{1e4, 12}, {1e3, 10}, {1e2, 10}, {1e1, 10}, {1, 10}};
+/// Of the fastest speed without contacts, but no less than kLeastSpeed (m/s): what may be left, so
+/// many times more where it falls no further. And of the slope of a search along a direction.
+constexpr Real kBalanced = 1e-9, kNearly = 100, kLeastSpeed = 1e-6, kSearched = 1e-3;
+
+/// m: a radius of gyration.
+Real size_of(const GroupBody& b) {
+  const Vec3 per = b.per_inertia;
+  return std::sqrt(b.per_mass / std::min({per.x, per.y, per.z}));
+}
+
+/// m/s^2: the most that bodies would accelerate by themselves.
+Real weight_of(const Group& g) {
+  Real most = 0;
+  for (const GroupBody& b : g.bodies) most = std::max(most, glm::length(b.acceleration));
+  return most;
+}
+
+std::size_t free_bodies(const Group& g) {
+  const auto fixed = std::find_if(g.bodies.begin(), g.bodies.end(),
+                                  [](const GroupBody& b) { return b.per_mass == 0; });
+  return static_cast<std::size_t>(fixed - g.bodies.begin());
+}
+
+/// Of a body, how it moves; a fixed one moves as it does.
+Wrench motion_of(const Group& g, std::uint32_t body, Wrench RestBody::*motion) {
+  if (body < g.resting.size()) return g.resting[body].*motion;
+  const GroupBody& b = g.bodies[body];
+  return motion == &RestBody::way ? Wrench{} : Wrench{b.velocity, b.spin};
+}
+
+/// m/s, of a's point relative to b's, along the axes.
+Vec3 speed_of(const Group& g, const GroupContact& c, Wrench RestBody::*motion) {
+  const Wrench a = motion_of(g, c.a, motion), b = motion_of(g, c.b, motion);
+  return contact::along_axes(
+      c.axes, a.force + glm::cross(a.torque, c.arm_a) - b.force - glm::cross(b.torque, c.arm_b));
+}
+
+/// An impulse along the axes, and how it changes with the speed.
+struct Law {
+  Vec3 impulse{0};
+  Mat3 stiffness{0};
+  bool slides = false;
+};
+
+Law law_of(const RestContact& r, Real friction, Vec3 speed) {
+  const Vec3 y = (r.goal - speed) / r.yield;
+  const Real aside = std::sqrt(y.y * y.y + y.z * y.z);
+  Law law;
+  if (aside <= friction * y.x) {
+    law.impulse = y, law.stiffness = Mat3(1 / r.yield);
+    return law;
+  }
+  if (friction * aside <= -y.x) return law;
+  const Real whole = 1 + friction * friction, normal = (y.x + friction * aside) / whole;
+  const Vec3 across = Vec3(0, y.y, y.z) / aside;
+  const Vec3 gradient = (Vec3(1, 0, 0) + friction * across) / whole;
+  law.impulse = normal * (Vec3(1, 0, 0) + friction * across), law.slides = true;
+  const Vec3 along = Vec3(1, 0, 0) + friction * across;
+  law.stiffness = glm::outerProduct(along, gradient) / r.yield;
+  const Mat3 turning = Mat3(0, 0, 0, 0, 1, 0, 0, 0, 1) - glm::outerProduct(across, across);
+  law.stiffness += friction * normal / (aside * r.yield) * turning;
+  return law;
+}
+
+/// Inertia about the mass centre, world axes.
+Mat3 inertia_of(const GroupBody& b) {
+  const Mat3 r = glm::mat3_cast(b.pose.rotation);
+  const Vec3 i = Real(1) / b.per_inertia;
+  return Mat3(i.x * r[0], i.y * r[1], i.z * r[2]) * glm::transpose(r);
+}
+
+/// What a motion holds: momentum and angular momentum.
+Wrench momentum_of(const GroupBody& b, const RestBody& r, const Wrench& motion) {
+  return {motion.force / b.per_mass, r.inertia * motion.torque};
+}
+
+void begin_bodies(const Group& g, Real h) {
+  for (std::size_t i = 0; i < g.resting.size(); ++i) {
+    const GroupBody& b = g.bodies[i];
+    RestBody& r = g.resting[i];
+    const Real kept = std::exp(-0.5 * h * b.drag);
+    r.inertia = inertia_of(b);
+    r.free.force = kept * b.velocity + h * b.acceleration;
+    r.free.torque = b.response * (kept * b.angular_momentum + h * b.torque);
+  }
+}
+
+/// Points that may touch in the step.
+void begin_contacts(const Group& g, Real h) {
+  const Real weight = weight_of(g);
+  for (std::size_t i = 0; i < g.contacts.size(); ++i) {
+    GroupContact& c = g.contacts[i];
+    RestContact& r = g.rest_contacts[i];
+    place(g, c);
+    r.near = c.gap < 2 * h * kCalmSpeed;
+    if (!r.near) continue;
+    const Pair pair{{g, c.a}, {g, c.b}, nullptr};
+    Real response = 0;
+    for (const Vec3& axis : c.axes)
+      response += glm::dot(axis, response_of(pair, arms_of(c), axis)) / 3;
+    r.yield = kYield * response;
+    const Real size = size_of(g.a(c)), deep = std::max(Real(0), -c.gap - kSunk * size);
+    r.goal.x = c.gap > 0 ? -c.gap / h : std::min(kClosed * deep / h, kCloses * size);
+    r.may_press = speed_of(g, c, &RestBody::free).x < r.goal.x + kMayPress * h * weight;
+    r.goal.y = -c.surface_first, r.goal.z = -c.surface_second;
+  }
+}
+
+/// What is left of the balance of momenta. Returns the largest as a speed of a body, m/s.
+Real measure(const Group& g) {
+  for (std::size_t i = 0; i < g.resting.size(); ++i) {
+    RestBody& r = g.resting[i];
+    const Wrench now = momentum_of(g.bodies[i], r, r.motion),
+                 free = momentum_of(g.bodies[i], r, r.free);
+    r.left = {now.force - free.force, now.torque - free.torque};
+  }
+  for (std::size_t i = 0; i < g.contacts.size(); ++i) {
+    const GroupContact& c = g.contacts[i];
+    RestContact& r = g.rest_contacts[i];
+    if (!r.near) continue;
+    r.speed = speed_of(g, c, &RestBody::motion);
+    const Law law = law_of(r, c.friction, r.speed);
+    r.impulse = law.impulse, r.slides = law.slides;
+    const Vec3 p = to_world(c, r.impulse);
+    g.resting[c.a].left += {-p, -glm::cross(c.arm_a, p)};
+    if (c.b < g.resting.size()) g.resting[c.b].left += {p, glm::cross(c.arm_b, p)};
+  }
+  Real most = 0;
+  for (std::size_t i = 0; i < g.resting.size(); ++i) {
+    const GroupBody& b = g.bodies[i];
+    const Wrench& left = g.resting[i].left;
+    most = std::max({most, b.per_mass * glm::length(left.force),
+                     size_of(b) * glm::length(b.response * left.torque)});
+  }
+  return most;
+}
+
+Mat3 cross_matrix(Vec3 v) { return Mat3(0, v.z, -v.y, -v.z, 0, v.x, v.y, -v.x, 0); }
+
+/// block += [X Y; Z W] by rows, each of three.
+void add_block(Real* block, const Mat3 (&parts)[2][2]) {
+  for (std::size_t i = 0; i < 6; ++i)
+    for (std::size_t j = 0; j < 6; ++j)
+      block[i * kEnvelopeWide + j] +=
+          parts[i / 3][j / 3][static_cast<int>(j % 3)][static_cast<int>(i % 3)];
+}
+
+/// An end of a contact: the row of its body, and its arm.
+struct End {
+  std::size_t row;
+  Mat3 arm;  // as a cross product
+};
+
+/// J^T K J of two ends.
+void add_contact(const BlockEnvelope& e, const Mat3& k, const End& a, const End& b) {
+  if (a.row < b.row) return add_contact(e, k, b, a);
+  const Mat3 moment = a.arm * k;
+  add_block(e.block(a.row, b.row), {{k, -k * b.arm}, {moment, -moment * b.arm}});
+}
+
+BlockEnvelope envelope_of(const Group& g) {
+  const std::size_t n = g.resting.size();
+  return {g.rest_rows, g.numbers.subspan(kEnvelopeWide * n)};
+}
+
+void assemble(const Group& g, const BlockEnvelope& e) {
+  std::fill(e.numbers.begin(), e.numbers.end(), Real(0));
+  for (std::size_t i = 0; i < g.resting.size(); ++i) {
+    const RestBody& r = g.resting[i];
+    add_block(e.block(r.row, r.row),
+              {{Mat3(1 / g.bodies[i].per_mass), Mat3(0)}, {Mat3(0), r.inertia}});
+  }
+  for (std::size_t i = 0; i < g.contacts.size(); ++i) {
+    const GroupContact& c = g.contacts[i];
+    RestContact& r = g.rest_contacts[i];
+    if (!r.near) continue;
+    Law law = law_of(r, c.friction, r.speed);
+    if (law.impulse == Vec3(0)) {
+      if (!r.presses) continue;
+      law.stiffness = Mat3(1 / r.yield);
+    }
+    r.presses = false;
+    const Mat3 axes(c.axes[0], c.axes[1], c.axes[2]);
+    const Mat3 k = axes * law.stiffness * glm::transpose(axes);
+    const End a{g.resting[c.a].row, cross_matrix(c.arm_a)};
+    add_contact(e, k, a, a);
+    if (c.b >= g.resting.size()) continue;
+    const End b{g.resting[c.b].row, cross_matrix(c.arm_b)};
+    add_contact(e, k, b, b);
+    add_contact(e, -k, a, b);
+  }
+}
+
+/// The way that Newton's method takes. False where the factor fails.
+bool find_way(const Group& g) {
+  const BlockEnvelope e = envelope_of(g);
+  assemble(g, e);
+  if (!e.factor()) return false;
+  const std::span<Real> x = g.numbers.first(kEnvelopeWide * g.resting.size());
+  for (const RestBody& r : g.resting)
+    for (int k = 0; k < 3; ++k) {
+      x[kEnvelopeWide * r.row + static_cast<std::size_t>(k)] = -r.left.force[k];
+      x[kEnvelopeWide * r.row + 3 + static_cast<std::size_t>(k)] = -r.left.torque[k];
+    }
+  e.solve(x);
+  for (RestBody& r : g.resting)
+    for (int k = 0; k < 3; ++k) {
+      r.way.force[k] = x[kEnvelopeWide * r.row + static_cast<std::size_t>(k)];
+      r.way.torque[k] = x[kEnvelopeWide * r.row + 3 + static_cast<std::size_t>(k)];
+    }
+  return true;
+}
+
+/// How the sum falls along the way at a part of it: convex, so it grows with the part.
+struct Slope {
+  const Group& g;
+  Real first = 0, second = 0;  // of the bodies: first + part * second
+
+  explicit Slope(const Group& all) : g(all) {
+    for (std::size_t i = 0; i < g.resting.size(); ++i) {
+      const RestBody& r = g.resting[i];
+      const Wrench way = momentum_of(g.bodies[i], r, r.way);
+      first += glm::dot(way.force, r.motion.force - r.free.force) +
+               glm::dot(way.torque, r.motion.torque - r.free.torque);
+      second += glm::dot(way.force, r.way.force) + glm::dot(way.torque, r.way.torque);
+    }
+    for (std::size_t i = 0; i < g.contacts.size(); ++i)
+      if (g.rest_contacts[i].near)
+        g.rest_contacts[i].change = speed_of(g, g.contacts[i], &RestBody::way);
+  }
+  Real at(Real part) const {
+    Real sum = first + part * second;
+    for (std::size_t i = 0; i < g.contacts.size(); ++i) {
+      const RestContact& r = g.rest_contacts[i];
+      if (!r.near) continue;
+      const Law law = law_of(r, g.contacts[i].friction, r.speed + part * r.change);
+      sum -= glm::dot(law.impulse, r.change);
+    }
+    return sum;
+  }
+};
+
+/// The part of the way at which the sum is least, or all of it.
+Real search(const Group& g) {
+  const Slope slope(g);
+  const Real start = slope.at(0), enough = kSearched * std::abs(start);
+  Real low = 0, high = 1, at_low = start, at_high = slope.at(1);
+  if (at_high <= enough) return 1;
+  for (int n = 0; n < kSearchSteps; ++n) {
+    // The false position, kept off the ends.
+    const Real guess = low - at_low * (high - low) / (at_high - at_low);
+    const Real part = n % 3 == 2 ? 0.5 * (low + high) : guess;
+    const Real now = slope.at(part);
+    if (std::abs(now) <= enough) return part;
+    if (now < 0)
+      low = part, at_low = now;
+    else
+      high = part, at_high = now;
+  }
+  return low;
+}
+
+/// From the velocities of the step before; points that may press are expected to.
+void start(const Group& g) {
+  for (std::size_t i = 0; i < g.resting.size(); ++i)
+    g.resting[i].motion = {g.bodies[i].velocity, g.bodies[i].spin};
+  for (RestContact& r : g.rest_contacts) r.presses = r.may_press;
+}
+
+/// Newton's method until no body is left out of balance by more than `enough`, m/s, or by not much
+/// more where rounding ends it.
+bool iterate(const Group& g, Real enough, int most) {
+  Real before = std::numeric_limits<Real>::infinity();
+  for (int n = 0;; ++n) {
+    const Real left = measure(g);
+    const bool nearly = left <= kNearly * enough;
+    if (left <= enough || (nearly && left > 0.5 * before)) return true;
+    if (n == most || !find_way(g)) return nearly;
+    const Real part = search(g);
+    for (RestBody& r : g.resting)
+      r.motion.force += part * r.way.force, r.motion.torque += part * r.way.torque;
+    before = left;
+  }
+}
+
+/// From points that give way far more: who bears what shows there.
+bool iterate_softer(const Group& g, Real enough) {
+  start(g);
+  const auto scale = [&](Real by) {
+    for (RestContact& r : g.rest_contacts) r.yield *= by;
+  };
+  for (const auto& [softer, most] : kSofter) {
+    scale(softer);
+    const bool done = iterate(g, softer * enough, most);
+    scale(1 / softer);
+    if (softer == 1 || !done) return done;
+  }
+  return false;
+}
+
+/// Heavy loads on light bodies: their points give way less. Whether there are any.
+bool harden(const Group& g, Real h) {
+  const Real most = kSinks * h * weight_of(g);
+  bool any = false;
+  for (RestContact& r : g.rest_contacts) {
+    const Real sinks = r.yield * r.impulse.x;
+    if (!r.near || !(sinks > most) || most == 0) continue;
+    r.yield *= 0.5 * most / sinks, any = true;
+  }
+  return any;
+}
+
+/// Whether it stays calm with the velocities found.
+bool is_at_rest(const Group& g) {
+  for (const RestContact& r : g.rest_contacts)
+    if (r.near && r.slides) {
+      const Vec3 over = r.speed - r.goal;
+      if (over.y * over.y + over.z * over.z > kSlides * kSlides) return false;
+    }
+  return true;
+}
+
+bool is_calm(const GroupBody& b, const Wrench& motion, Real h, Real most) {
+  const Real size = size_of(b);
+  const Real speed = glm::length(motion.force) + size * glm::length(motion.torque);
+  return speed < most && h * speed < kCalmWay * size;
+}
+
+Real most_of(std::size_t bodies) { return bodies > kFewBodies ? kCalmSpeed : kStill; }
+
+}  // namespace
+
+bool is_calm(std::span<const GroupBody> bodies, std::size_t free, Real h) {
+  return std::all_of(bodies.begin(), bodies.end(), [&](const GroupBody& b) {
+    if (b.per_mass > 0) return is_calm(b, {b.velocity, b.spin}, h, most_of(free));
+    return b.velocity == Vec3(0) && b.spin == Vec3(0);
+  });
+}
+
+bool rest_group(const Group& g, Real h) {
+  if (g.resting.empty()) return false;
+  PANTIN_ASSERT(g.resting.size() == free_bodies(g));
+  centre_bodies(g);
+  begin_bodies(g, h);
+  begin_contacts(g, h);
+  Real fastest = kLeastSpeed;
+  for (const RestBody& r : g.resting) fastest = std::max(fastest, glm::length(r.free.force));
+  start(g);
+  const Real enough = kBalanced * fastest;
+  if (!iterate(g, enough, kFirstIterations) && !iterate_softer(g, enough)) return false;
+  while (harden(g, h))
+    if (!iterate(g, enough, kSofter[0].second)) return false;
+  if (!is_at_rest(g)) return false;
+  for (std::size_t i = 0; i < g.resting.size(); ++i)
+    if (!is_calm(g.bodies[i], g.resting[i].motion, h, most_of(g.resting.size()))) return false;
+  for (std::size_t i = 0; i < g.resting.size(); ++i) {
+    GroupBody& b = g.bodies[i];
+    const RestBody& r = g.resting[i];
+    b.velocity = r.motion.force, b.spin = r.motion.torque;
+    b.angular_momentum = r.inertia * b.spin;
+    move(b, b.velocity, h);
+    slow_down(b, h);
+  }
+  for (std::size_t i = 0; i < g.contacts.size(); ++i) {
+    GroupContact& c = g.contacts[i];
+    c.works = g.rest_contacts[i].near;
+    c.impulse = c.works ? g.rest_contacts[i].impulse : Vec3(0);
+    c.passed += c.impulse;
+    if (c.works) prepare_contact(g, c);  // its response, for take_up
+  }
+  return true;
+}
+
+}  // namespace pantin::detail::articulated

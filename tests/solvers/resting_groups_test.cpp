@@ -1,0 +1,149 @@
+// Towers, walls and crossed layers of free bodies: they stand, bear their weight, and fall asleep.
+#include <catch2/catch.hpp>
+
+#include "engine/contact/memory.hpp"
+#include "tests/solvers/solids.hpp"
+
+using namespace pantin;
+using namespace pantin::test;
+
+namespace {
+
+Collision rough(Real friction = 0.5) {
+  Collision c;
+  c.friction = friction, c.others = true;
+  return c;
+}
+
+/// What stands, and by how much of its smallest size it may move.
+struct Standing {
+  World world;
+  std::vector<Entity> blocks;
+  Real size = 1;  // m
+
+  explicit Standing(Real smallest) : size(smallest) { add_ground(world, rough()); }
+  void add(Vec3 at, Vec3 half, Real density = 1000, Quat turn = kIdentity) {
+    blocks.push_back(
+        add_solid(world, box_shape(half), {at, turn}, Motion::dynamic, rough(), density));
+  }
+};
+
+/// `count` blocks one on another; each other one `askew` to either side, the top one heavier.
+Standing tower(int count, Vec3 half, Real askew = 0, Real heavier = 1) {
+  Standing s(2 * half.y);
+  for (int i = 0; i < count; ++i)
+    s.add({i % 2 ? askew : -askew, (2 * i + 1) * half.y, 0}, half,
+          i + 1 == count ? 1000 * heavier : 1000);
+  return s;
+}
+
+/// Layers of three bars, each across the one below.
+Standing crossed(int layers) {
+  const Vec3 half{0.0375, 0.0225, 0.1125};
+  Standing s(2 * half.y);
+  const Quat across = from_rotation_vector({0, kPi / 2, 0});
+  for (int i = 0; i < layers; ++i)
+    for (int k = -1; k <= 1; ++k) {
+      const Vec3 aside{2 * half.x * k, 0, 0};
+      const Quat turn = i % 2 ? across : kIdentity;
+      s.add(turn * aside + Vec3(0, (2 * i + 1) * half.y, 0), half, 600, turn);
+    }
+  return s;
+}
+
+/// Bricks in running bond.
+Standing wall(int courses, int bricks) {
+  const Vec3 half{0.12, 0.035, 0.055};
+  Standing s(2 * half.y);
+  for (int i = 0; i < courses; ++i)
+    for (int k = 0; k < bricks; ++k)
+      s.add({2 * half.x * k + (i % 2 ? half.x : 0), (2 * i + 1) * half.y, 0}, half, 1800);
+  return s;
+}
+
+/// N, of all contacts of the ground.
+Real borne_by_ground(const World& w) {
+  Real sum = 0;
+  for (const Contact& c : contacts_of(w))
+    if (w.bodies.values()[c.slot_b].motion == Motion::fixed) sum += c.force.y;
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("towers and walls stand where they were built and sleep within a second") {
+  for (const Real h : {1.0 / 30, 1.0 / 60, 1.0 / 240})
+    for (const auto& [name, standing] : {
+             std::pair("thirty", tower(30, {0.1, 0.075, 0.1}, 1e-3)),
+             std::pair("of 1 cm", tower(5, Vec3(0.005))),
+             std::pair("of 1 mm", tower(5, Vec3(0.0005))),
+             std::pair("60 times as heavy on fifteen", tower(15, Vec3(0.1), 0, 60)),
+             std::pair("1,000 times as heavy", tower(2, Vec3(0.1), 0, 1000)),
+             std::pair("a million times as heavy", tower(2, Vec3(0.1), 0, 1e6)),
+             std::pair("crossed", crossed(18)),
+             std::pair("wall", wall(10, 6)),
+         }) {
+      Simulation sim = Simulation::copy_of(standing.world, {h});
+      const World start = sim.world;
+      Real weight = 0, borne = 0;
+      for (const Entity e : standing.blocks) weight += 9.81 * start.bodies[e].mass;
+      INFO(name << " at " << h);
+      for (int i = 0; i < std::lround(1 / h); ++i) {
+        REQUIRE(sim.step().status == Status::ok);
+        if (i < 4 || is_asleep(sim.world, standing.blocks.front())) continue;
+        borne = borne_by_ground(sim.world);
+        CHECK(borne == Approx(weight).epsilon(1e-4));
+      }
+      CHECK(borne > 0);
+      for (const Entity e : standing.blocks) {
+        REQUIRE(is_asleep(sim.world, e));
+        const Pose &now = sim.world.bodies[e].pose, &was = start.bodies[e].pose;
+        REQUIRE(glm::distance(now.position, was.position) < 1e-3 * standing.size);
+      }
+    }
+}
+
+TEST_CASE("what falls a little comes to rest on what stands, and stays there") {
+  for (const Real h : {1.0 / 60, 1.0 / 240}) {
+    Standing s(0.2);
+    for (int i = 0; i < 10; ++i)
+      s.add({i % 2 ? 1e-3 : -1e-3, 0.1 + 0.201 * i, 0}, Vec3(0.1), 1000,
+            from_rotation_vector({0, 0.05 * i, 0}));
+    Simulation sim = Simulation::copy_of(s.world, {h});
+    for (int i = 0; i < std::lround(3 / h); ++i) REQUIRE(sim.step().status == Status::ok);
+    for (std::size_t i = 0; i < s.blocks.size(); ++i) {
+      INFO(h << " " << i);
+      CHECK(is_asleep(sim.world, s.blocks[i]));
+      const Vec3 at = sim.world.bodies[s.blocks[i]].pose.position;
+      CHECK(std::abs(at.y - (0.1 + 0.2 * static_cast<Real>(i))) < 1e-4);
+      CHECK(std::abs(at.x - (i % 2 ? 1e-3 : -1e-3)) < 2e-3);
+    }
+  }
+}
+
+TEST_CASE("what leans beyond its base falls, and what is on too steep a slope slides") {
+  Standing leaning(0.2);
+  for (int i = 0; i < 6; ++i) leaning.add({0.05 * i, 0.1 + 0.2 * i, 0}, Vec3(0.1));
+  Simulation falls = Simulation::copy_of(leaning.world, {1.0 / 60});
+  for (int i = 0; i < 120; ++i) falls.step();
+  CHECK(falls.world.bodies[leaning.blocks.back()].pose.position.y < 0.9);
+
+  for (const Real degrees : {24.0, 28.0}) {  // of 26.57
+    World w;
+    const Quat tilt = from_rotation_vector({0, 0, -degrees * kPi / 180});
+    add_ground(w, rough(), tilt);
+    std::vector<Entity> blocks;
+    for (int i = 0; i < 5; ++i)
+      blocks.push_back(add_solid(w, box_shape({0.2, 0.05, 0.2}),
+                                 {tilt * Vec3(0, 0.05 + 0.1 * i, 0), tilt}, Motion::dynamic,
+                                 rough()));
+    Simulation sim = Simulation::copy_of(w, {1.0 / 60});
+    for (int i = 0; i < 60; ++i) sim.step();
+    const Vec3 way = glm::conjugate(tilt) * sim.world.bodies[blocks.front()].pose.position;
+    INFO(degrees);
+    if (degrees < 26)
+      CHECK(std::abs(way.x) < 1e-6);
+    else
+      CHECK(way.x > 0.05);
+  }
+}
