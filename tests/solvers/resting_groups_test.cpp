@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "engine/contact/memory.hpp"
+#include "engine/pantin/shapes.hpp"
 #include "tests/solvers/solids.hpp"
 
 using namespace pantin;
@@ -61,6 +62,42 @@ Standing wall(int courses, int bricks) {
   return s;
 }
 
+/// Half a circle of wedges of radius 1 m, of which friction alone bears the steep ones.
+Standing arch(int stones) {
+  Standing s(0.3);
+  for (int i = 0; i < stones; ++i) {
+    std::vector<Vec3> corners;
+    for (const Real radius : {0.85, 1.15})
+      for (const int k : {i, i + 1})
+        for (const Real z : {-0.15, 0.15}) {
+          const Real angle = kPi * k / stones;
+          corners.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
+        }
+    const RigidBody stone{.shape = HullShape{.points = corners}, .collision = rough()};
+    s.blocks.push_back(s.world.add(stone).value());
+  }
+  return s;
+}
+
+/// Cards of 9 cm that lean on one another by 15 degrees, floor upon floor.
+Standing house_of_cards(int floors) {
+  const Real length = 0.09, thick = 0.002, lean = kPi / 12;
+  const Real high = length * std::cos(lean) + thick * std::sin(lean),
+             wide = 2 * (length * std::sin(lean) + thick * std::cos(lean));
+  Standing s(thick);
+  for (int floor = 0; floor < floors; ++floor) {
+    const int pairs = floors - floor;
+    const Real low = floor * (high + thick), left = -0.5 * (pairs - 1) * wide;
+    for (int k = 0; k < pairs; ++k)
+      for (const int side : {-1, 1})
+        s.add({left + k * wide + side * wide / 4, low + high / 2, 0}, {thick / 2, length / 2, 0.03},
+              700, from_rotation_vector({0, 0, side * lean}));
+    for (int k = 0; floor + 1 < floors && k + 1 < pairs; ++k)
+      s.add({left + (k + 0.5) * wide, low + high + thick / 2, 0}, {wide / 2, thick / 2, 0.03}, 700);
+  }
+  return s;
+}
+
 /// N, of all contacts of the ground.
 Real borne_by_ground(const World& w) {
   Real sum = 0;
@@ -82,6 +119,8 @@ TEST_CASE("towers and walls stand where they were built and sleep within a secon
              std::pair("a million times as heavy", tower(2, Vec3(0.1), 0, 1e6)),
              std::pair("crossed", crossed(18)),
              std::pair("wall", wall(10, 6)),
+             std::pair("arch", arch(15)),
+             std::pair("cards", house_of_cards(3)),
          }) {
       Simulation sim = Simulation::copy_of(standing.world, {h});
       const World start = sim.world;

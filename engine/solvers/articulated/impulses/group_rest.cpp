@@ -23,22 +23,28 @@ namespace {
 constexpr Real kCalmSpeed = 0.02, kCalmWay = 0.02;
 /// m/s: what few bodies do is exact without, unless it is nothing.
 constexpr Real kStill = 1e-3;
-/// m/s: what slides faster is not at rest.
-constexpr Real kSlides = 1e-3;
+/// Sizes of a body in a second: what slides faster is not at rest.
+constexpr Real kSlides = 0.05;
 /// Of the response of a point to an impulse: how far it gives way.
 constexpr Real kYield = 1e-7;
 /// Of the speed that weight gives in a step: no load closes a point faster.
 constexpr Real kSinks = 1e-5;
+/// Of shallow overlaps: what is deeper is pushed apart by sweeps, faster.
+constexpr Real kDeep = 2;
 /// Of an overlap deeper than the last, in sizes of a body, closed in a step; and in such sizes in a
 /// second, no faster.
 constexpr Real kClosed = 0.2, kCloses = 1e-2, kSunk = 1e-6;
+/// Of the way of a weight in a step, as a speed: points that come so near may press.
 constexpr Real kMayPress = 0.1;
 constexpr int kFirstIterations = 2, kSearchSteps = 40;
 /// Of that response, and iterations with it.
-constexpr std::pair<Real, int> kSofter[] = {{1e4, 12}, {1e3, 10}, {1e2, 10}, {1e1, 10}, {1, 10}};
-/// Of the fastest speed without contacts, but no less than kLeastSpeed (m/s): what may be left, so
-/// many times more where it falls no further. And of the slope of a search along a direction.
-constexpr Real kBalanced = 1e-9, kNearly = 100, kLeastSpeed = 1e-6, kSearched = 1e-3;
+constexpr std::pair<Real, int> kSofter[] = {{1e4, 20}, {1e3, 20}, {1e2, 20}, {1e1, 20}, {1, 20}};
+/// Of the fastest speed without contacts, but no less than kLeastSpeed (m/s): what may be left, and
+/// so many times more where it falls no further. Where more is left with soft points, the search
+/// would not end.
+constexpr Real kBalanced = 1e-9, kNearly = 100, kLeastSpeed = 1e-6, kHopeless = 1e-2;
+/// Of the slope of a search along a direction.
+constexpr Real kSearched = 1e-3;
 
 /// m: a radius of gyration.
 Real size_of(const GroupBody& b) {
@@ -123,8 +129,8 @@ void begin_bodies(const Group& g, Real h) {
   }
 }
 
-/// Points that may touch in the step.
-void begin_contacts(const Group& g, Real h) {
+/// Points that may touch in the step. False where they overlap so far that sweeps part them.
+bool begin_contacts(const Group& g, Real h) {
   const Real weight = weight_of(g);
   for (std::size_t i = 0; i < g.contacts.size(); ++i) {
     GroupContact& c = g.contacts[i];
@@ -132,6 +138,7 @@ void begin_contacts(const Group& g, Real h) {
     place(g, c);
     r.near = c.gap < 2 * h * kCalmSpeed;
     if (!r.near) continue;
+    if (c.gap < -kDeep * c.shallow) return false;
     const Pair pair{{g, c.a}, {g, c.b}, nullptr};
     Real response = 0;
     for (const Vec3& axis : c.axes)
@@ -142,6 +149,7 @@ void begin_contacts(const Group& g, Real h) {
     r.may_press = speed_of(g, c, &RestBody::free).x < r.goal.x + kMayPress * h * weight;
     r.goal.y = -c.surface_first, r.goal.z = -c.surface_second;
   }
+  return true;
 }
 
 /// What is left of the balance of momenta. Returns the largest as a speed of a body, m/s.
@@ -322,16 +330,18 @@ bool iterate(const Group& g, Real enough, int most) {
 }
 
 /// From points that give way far more: who bears what shows there.
-bool iterate_softer(const Group& g, Real enough) {
+bool iterate_softer(const Group& g, Real fastest) {
   start(g);
   const auto scale = [&](Real by) {
     for (RestContact& r : g.rest_contacts) r.yield *= by;
   };
   for (const auto& [softer, most] : kSofter) {
     scale(softer);
-    const bool done = iterate(g, softer * enough, most);
+    const bool done = iterate(g, softer * kBalanced * fastest, most);
+    const bool hopeless = !done && measure(g) > kHopeless * fastest;
     scale(1 / softer);
-    if (softer == 1 || !done) return done;
+    if (softer == 1) return done;
+    if (hopeless) return false;
   }
   return false;
 }
@@ -350,11 +360,13 @@ bool harden(const Group& g, Real h) {
 
 /// Whether it stays calm with the velocities found.
 bool is_at_rest(const Group& g) {
-  for (const RestContact& r : g.rest_contacts)
-    if (r.near && r.slides) {
-      const Vec3 over = r.speed - r.goal;
-      if (over.y * over.y + over.z * over.z > kSlides * kSlides) return false;
-    }
+  for (std::size_t i = 0; i < g.contacts.size(); ++i) {
+    const RestContact& r = g.rest_contacts[i];
+    if (!r.near || !r.slides) continue;
+    const Vec3 over = r.speed - r.goal;
+    const Real most = kSlides * size_of(g.a(g.contacts[i]));
+    if (over.y * over.y + over.z * over.z > most * most) return false;
+  }
   return true;
 }
 
@@ -380,12 +392,12 @@ bool rest_group(const Group& g, Real h) {
   PANTIN_ASSERT(g.resting.size() == free_bodies(g));
   centre_bodies(g);
   begin_bodies(g, h);
-  begin_contacts(g, h);
+  if (!begin_contacts(g, h)) return false;
   Real fastest = kLeastSpeed;
   for (const RestBody& r : g.resting) fastest = std::max(fastest, glm::length(r.free.force));
   start(g);
   const Real enough = kBalanced * fastest;
-  if (!iterate(g, enough, kFirstIterations) && !iterate_softer(g, enough)) return false;
+  if (!iterate(g, enough, kFirstIterations) && !iterate_softer(g, fastest)) return false;
   while (harden(g, h))
     if (!iterate(g, enough, kSofter[0].second)) return false;
   if (!is_at_rest(g)) return false;
