@@ -1,7 +1,7 @@
 #pragma once
-/// Cholesky factor of a symmetric positive definite matrix of 6 x 6 blocks that is stored by its
-/// envelope: of each row of blocks those from the first that is not zero to the diagonal. The
-/// factor fills the envelope and no more. [George & Liu 1981, ch. 4]
+/// L D L^T of a symmetric positive definite matrix of 6 x 6 blocks that is stored by its envelope:
+/// of each row of blocks those from the first that is not zero to the diagonal. The factor fills
+/// the envelope and no more. [George & Liu 1981, ch. 4]
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -12,8 +12,7 @@ namespace pantin::detail {
 
 inline constexpr std::size_t kEnvelopeWide = 6, kEnvelopeBlock = 36;
 
-/// A row of blocks: its first column, and where its blocks begin among the matrix's numbers. Each
-/// is stored row by row; of that on the diagonal the lower part is read.
+/// A row of blocks: its first column, and where its blocks begin among the matrix's numbers.
 struct EnvelopeRow {
   std::uint32_t first = 0;
   std::size_t at = 0;
@@ -23,7 +22,8 @@ struct BlockEnvelope {
   std::span<const EnvelopeRow> rows;
   std::span<Real> numbers;
 
-  /// Block (row, column), with rows[row].first <= column <= row.
+  /// Of what couples a row and a column, with rows[row].first <= column <= row: six numbers for
+  /// each unknown of the column. Of that on the diagonal the lower part is read.
   Real* block(std::size_t row, std::size_t column) const {
     return numbers.data() + rows[row].at + (column - rows[row].first) * kEnvelopeBlock;
   }

@@ -21,7 +21,7 @@ struct Matrix {
   Real at(std::size_t i, std::size_t j) {
     if (j > i) return at(j, i);
     if (j / N < rows[i / N].first) return 0;
-    return view().block(i / N, j / N)[i % N * N + j % N];
+    return view().block(i / N, j / N)[j % N * N + i % N];
   }
 };
 

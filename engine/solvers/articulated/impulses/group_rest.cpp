@@ -200,8 +200,8 @@ struct End {
 /// J^T K J of two ends.
 void add_contact(const BlockEnvelope& e, const Mat3& k, const End& a, const End& b) {
   if (a.row < b.row) return add_contact(e, k, b, a);
-  const Mat3 moment = a.arm * k;
-  add_block(e.block(a.row, b.row), {{k, -k * b.arm}, {moment, -moment * b.arm}});
+  const Mat3 moment = b.arm * k;
+  add_block(e.block(a.row, b.row), {{k, -k * a.arm}, {moment, -moment * a.arm}});
 }
 
 BlockEnvelope envelope_of(const Group& g) {

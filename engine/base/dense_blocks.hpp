@@ -1,0 +1,119 @@
+#pragma once
+/// Small dense blocks of sparse symmetric factors, of up to six rows and columns: L D L^T of one on
+/// the diagonal, and what those beside it become. Of real numbers or of others like them; where a
+/// block has R rows and columns, R is known to the compiler, else 0.
+#include <cstddef>
+
+#include "engine/base/invariants.hpp"
+#include "engine/base/math.hpp"
+
+namespace pantin::detail {
+
+/// Pivots of dependent rows are dropped; see PivotRule.
+inline Real pivot_size(Real pivot, Real sign) { return sign * pivot; }
+
+/// Which pivots of a block stand: those of `sign` that exceed `least` times the row's scale. Masses
+/// have no scales, and all of theirs stand.
+struct PivotRule {
+  Real sign = 1;
+  const Real* scales = nullptr;
+  Real least = 0;
+};
+
+/// LDL^T of a square block, lower part; the diagonal becomes 1 / D. Other pivots than those that
+/// stand are dropped. Returns the number of dropped pivots.
+template <int R, class T>
+int decompose(T* d, std::size_t rows, const PivotRule& rule) {
+  const std::size_t n = R ? R : rows;
+  const Real least = rule.least;
+  const Real* scales = rule.scales;
+  int cut = 0;
+  for (std::size_t c = 0; c < n; ++c) {
+    const T pivot = d[c * n + c];
+    const bool stands = pivot_size(pivot, rule.sign) > (scales ? least * scales[c] : 0);
+    // Masses are positive definite, whatever was eliminated before them; the first pivot is a sum
+    // without cancellation, later ones drown where moments differ by more than rounding.
+    PANTIN_ASSERT(scales || c > 0 || is_positive(pivot_size(pivot, rule.sign)));
+    const T inverse = stands ? T(1) / pivot : T(0);
+    cut += stands ? 0 : 1;
+    // The column below the pivot, and its update of the rest.
+    for (std::size_t r = c + 1; r < n; ++r) {
+      const T x = d[r * n + c];
+      const T l = x * inverse;
+      for (std::size_t k = c + 1; k < r; ++k) d[r * n + k] -= x * d[k * n + c];
+      d[r * n + r] -= x * l;
+      d[r * n + c] = l;
+    }
+    d[c * n + c] = inverse;
+  }
+  return cut;
+}
+
+/// Size of a block of the factor beside the diagonal: a row for each unknown of the eliminated
+/// node, as wide as the other node has unknowns.
+struct BlockSize {
+  std::size_t rows, width;
+};
+
+/// Y = L^-1 B into `y`, and D^-1 Y in place of B.
+template <int R, class T>
+void solve_lower(const T* d, T* b, T* y, const BlockSize& size) {
+  const std::size_t n = R ? R : size.rows, width = R ? R : size.width;
+  for (std::size_t c = 0; c < n; ++c) {
+    PANTIN_ASSERT(width <= 6);
+    T own[6];  // stays in registers: nothing else can point to it
+    for (std::size_t r = 0; r < width; ++r) own[r] = b[c * width + r];
+    for (std::size_t k = 0; k < c; ++k) {
+      const T l = d[c * n + k];
+      for (std::size_t r = 0; r < width; ++r) own[r] -= l * y[k * width + r];
+    }
+    const T inverse = d[c * n + c];
+    for (std::size_t r = 0; r < width; ++r)
+      y[c * width + r] = own[r], b[c * width + r] = own[r] * inverse;
+  }
+}
+
+/// Sizes of two blocks of the factor that belong to the same eliminated node.
+struct PairSize {
+  std::size_t rows, width_z, width_y;
+};
+
+/// T -= Z^T Y. Of a block on the diagonal only the lower part is read later.
+template <int R, class T>
+void subtract_product(const T* z, const T* y, T* t, const PairSize& size) {
+  const std::size_t n = R ? R : size.rows, wz = R ? R : size.width_z, wy = R ? R : size.width_y;
+  for (std::size_t r = 0; r < wz; ++r) {
+    T row[6];
+    for (std::size_t s = 0; s < wy; ++s) row[s] = t[r * wy + s];
+    for (std::size_t k = 0; k < n; ++k) {
+      const T part = z[k * wz + r];
+      for (std::size_t s = 0; s < wy; ++s) row[s] -= part * y[k * wy + s];
+    }
+    for (std::size_t s = 0; s < wy; ++s) t[r * wy + s] = row[s];
+  }
+}
+
+/// other -= B^T own, and own -= B other, for one block of the factor beside the diagonal.
+template <int R, class T>
+void update_forward(const T* b, const T* own, T* other, const BlockSize& size) {
+  const std::size_t n = R ? R : size.rows, width = R ? R : size.width;
+  PANTIN_ASSERT(width <= 6);
+  T sum[6];
+  for (std::size_t r = 0; r < width; ++r) sum[r] = other[r];
+  for (std::size_t k = 0; k < n; ++k) {
+    const T part = own[k];
+    for (std::size_t r = 0; r < width; ++r) sum[r] -= b[k * width + r] * part;
+  }
+  for (std::size_t r = 0; r < width; ++r) other[r] = sum[r];
+}
+template <int R, class T>
+void update_back(const T* b, T* own, const T* other, const BlockSize& size) {
+  const std::size_t n = R ? R : size.rows, width = R ? R : size.width;
+  for (std::size_t k = 0; k < n; ++k) {
+    T sum = own[k];
+    for (std::size_t r = 0; r < width; ++r) sum -= b[k * width + r] * other[r];
+    own[k] = sum;
+  }
+}
+
+}  // namespace pantin::detail
