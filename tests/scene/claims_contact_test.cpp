@@ -68,6 +68,24 @@ CLAIM("stack_askew", "boxes laid askew stand") {
   CHECK(fastest(p.end) < 0.05);
 }
 
+CLAIM("masonry", "what stands without mortar moves by no hair, but for the arch that a ball hits") {
+  const auto way = [](const Played& p, const std::string& prefix) {
+    Real most = 0;
+    for (const Entity e : p.end.bodies.owners())
+      if (const std::string* name = p.end.names.find(e); name && name->rfind(prefix, 0) == 0)
+        most = std::max(most, glm::distance(p.place(name->c_str()), p.start(name->c_str())));
+    return most;
+  };
+  const Played before = play("masonry", {}, 2.5);
+  CHECK(before.last.asleep == 144);  // all but the ball
+  for (const char* prefix : {"stone", "brick", "block", "card", "deck"})
+    CHECK(way(before, prefix) < 1e-5);
+  const Played after = play("masonry");
+  CHECK(after.place("stone7").y < 0.5);
+  for (const char* prefix : {"block", "card", "deck"}) CHECK(way(after, prefix) < 1e-5);
+  CHECK(way(after, "brick") < 1e-2);
+}
+
 CLAIM("pyramid", "none of twenty-one boxes moves by a millimetre") {
   const Played p = play("pyramid");
   CHECK(moved(p).most < 1e-3);
