@@ -19,7 +19,7 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// m/s, and of the size of the smallest body in a step: what moves no faster is calm.
+/// m/s, and of the size of a body in a step: what moves no faster is calm.
 constexpr Real kCalmSpeed = 0.02, kCalmWay = 0.02;
 /// m/s: what few bodies do is exact without, unless it is nothing.
 constexpr Real kStill = 1e-3;
@@ -27,8 +27,10 @@ constexpr Real kStill = 1e-3;
 constexpr Real kSlides = 0.05;
 /// Of the response of a point to an impulse: how far it gives way.
 constexpr Real kYield = 1e-7;
-/// Of the speed that weight gives in a step: no load closes a point faster.
+/// Of the speed that weight gives in a step: no load closes a point faster, after so many times in
+/// which the points of heavier loads give way less.
 constexpr Real kSinks = 1e-5;
+constexpr int kHardenings = 8;
 /// Of shallow overlaps: what is deeper is pushed apart by sweeps, faster.
 constexpr Real kDeep = 2;
 /// Of an overlap deeper than the last, in sizes of a body, closed in a step; and in such sizes in a
@@ -398,8 +400,8 @@ bool rest_group(const Group& g, Real h) {
   start(g);
   const Real enough = kBalanced * fastest;
   if (!iterate(g, enough, kFirstIterations) && !iterate_softer(g, fastest)) return false;
-  while (harden(g, h))
-    if (!iterate(g, enough, kSofter[0].second)) return false;
+  for (int n = 0; harden(g, h); ++n)
+    if (n == kHardenings || !iterate(g, enough, kSofter[0].second)) return false;
   if (!is_at_rest(g)) return false;
   for (std::size_t i = 0; i < g.resting.size(); ++i)
     if (!is_calm(g.bodies[i], g.resting[i].motion, h, most_of(g.resting.size()))) return false;
