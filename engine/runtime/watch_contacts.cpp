@@ -81,7 +81,6 @@ void ContactWatch::compile(const World& world) {
   thickness_.assign(count, 0), shallow_.assign(count, 0), rests_for_.assign(count, 0),
       depth_.assign(count, 0), overlaps_.assign(count, {0, 0, -kToComeOut});
   before_.assign(count, {});
-  for (Body& b : before_) b.teleport = true;
   for (std::uint32_t slot = 0; slot < count; ++slot) {
     const Entity e = world.bodies.owners()[slot];
     const Collision* collision = world.collisions.find(e);
@@ -109,11 +108,14 @@ void ContactWatch::compile(const World& world) {
 
 void ContactWatch::begin_substep(const World& world) {
   if (solids_.empty()) return;
-  std::copy_n(world.bodies.values().begin(), before_.size(), before_.begin());
+  for (std::size_t i = 0; i < before_.size(); ++i) {
+    const Body& b = world.bodies.values()[i];
+    before_[i] = {b.pose, b.velocity, b.angular_velocity, b.teleport};
+  }
 }
 
 bool ContactWatch::may_meet(const World& world, std::uint32_t a, std::uint32_t b) const {
-  if (a == b || before_[a].teleport || before_[b].teleport) return false;
+  if (a == b || before_[a].leaps || before_[b].leaps) return false;
   return collide(world, a, b) && !are_joined(joined_, a, b);
 }
 
@@ -179,7 +181,7 @@ std::optional<Real> ContactWatch::passage(const World& world, const Solid& a, co
   if (on_a.motion != Motion::dynamic && on_b.motion != Motion::dynamic) return {};
   const Shape* other = find_shape(world, b.slot, b.shape);
   if (!other) return {};
-  const Body &a_before = before_[a.slot], &b_before = before_[b.slot];
+  const Before &a_before = before_[a.slot], &b_before = before_[b.slot];
   const Pose was = compose(a_before.pose, a.core.local);
   const Pose start = compose(on_b.pose, compose(inverse(b_before.pose), was)),
              end = compose(on_a.pose, a.core.local), at = compose(on_b.pose, other->local);
@@ -204,8 +206,10 @@ std::optional<Real> ContactWatch::passage(const World& world, const Solid& a, co
   if (!within || !(*within > kThrough * a.half_thickness)) return {};
   // What swings goes around: a way with the velocities of both ends must pass through as well.
   const Quat seen = on_b.pose.rotation * glm::conjugate(b_before.pose.rotation);
-  const auto apart = [](const Body& body, const Body& from, Vec3 point) {
-    return velocity_at(body, point) - velocity_at(from, point);
+  const auto apart = [](const auto& body, const auto& from, Vec3 point) {
+    return body.velocity - from.velocity +
+           glm::cross(body.angular_velocity, point - body.pose.position) -
+           glm::cross(from.angular_velocity, point - from.pose.position);
   };
   way[1] =
       middle +
@@ -217,7 +221,7 @@ std::optional<Real> ContactWatch::passage(const World& world, const Solid& a, co
 void ContactWatch::end_substep(const World& world, Real h, FindingList& found) {
   bool placed = false;
   for (const Solid& s : solids_) {
-    if (before_[s.slot].teleport || !is_fast(world, s)) continue;
+    if (before_[s.slot].leaps || !is_fast(world, s)) continue;
     if (!placed) place_boxes(world), placed = true;
     const auto meet = [&](std::uint32_t i) {
       const Solid& other = solids_[i];

@@ -35,6 +35,13 @@ class ContactWatch {
     Real for_long = 0;         // s, times that part, on end
   };
 
+  /// A body as a substep began.
+  struct Before {
+    Pose pose;
+    Vec3 velocity{0}, angular_velocity{0};  // m/s, rad/s
+    bool leaps = true;                      // was placed anew
+  };
+
   bool may_meet(const World& world, std::uint32_t a, std::uint32_t b) const;
   bool is_fast(const World& world, const Solid& s) const;
   void place_boxes(const World& world);
@@ -42,7 +49,7 @@ class ContactWatch {
 
   std::vector<Solid> solids_;                          // by body
   std::vector<std::uint32_t> unbounded_;               // of them
-  std::vector<Body> before_;                           // by slot, as the substep began
+  std::vector<Before> before_;                         // by slot
   std::vector<Real> thickness_, shallow_, rests_for_;  // by slot: m, of the thinnest shape; m; s
   std::vector<Real> depth_;                            // m, by slot, of this step
   std::vector<Overlap> overlaps_;                      // by slot
