@@ -73,7 +73,9 @@ bool GroupBuilder::place_pulleys(Element<BeltRecipe> e, BuiltBelt& made) {
     if (!on) return false;
     const BuiltBody& b = made_.bodies[*on];
     const auto refuse = [&](const std::string& found, const std::string& expected) {
-      messages_.error(e.id, "pulleys", "found " + found + ", expected " + expected);
+      std::string text = "found ";
+      text.append(found).append(", expected ").append(expected);
+      messages_.error(e.id, "pulleys", text);
       return false;
     };
     if (std::find(made.bodies.begin(), made.bodies.end(), *on) != made.bodies.end())

@@ -80,7 +80,7 @@ std::string turn_of(int count, const Range& range) {
 }
 
 std::string word_of(const Key& key) {
-  const std::string today = "{\"enum\":" + quoted_list(key.words) + "}";
+  std::string today = "{\"enum\":" + quoted_list(key.words) + "}";
   if (key.old_words.empty()) return today;
   return either_of(today, "{\"enum\":" + quoted_list(key.old_words) + ",\"deprecated\":true}");
 }
@@ -93,7 +93,7 @@ std::string vector_of(const Range& range) {
 
 /// Numbers and arrays of them.
 std::string numeric(const Key& key) {
-  const std::string one = number_of(key.range);
+  std::string one = number_of(key.range);
   switch (key.type) {
     case ValueType::whole:
       return number_of(key.range, "integer");
@@ -131,7 +131,7 @@ std::string numeric(const Key& key) {
 
 /// What a value under the key must be, without words about it.
 std::string value_of(const Key& key) {
-  const std::string object = "{\"$ref\":" + reference_to(key.object) + "}";
+  std::string object = "{\"$ref\":" + reference_to(key.object) + "}";
   switch (key.type) {
     case ValueType::flag:
       return kFlag;
@@ -212,7 +212,7 @@ std::string old_property_of(const Key& key) {
 
 /// That a key is there, by either of its names.
 std::string has(const KeySet& set, std::string_view name) {
-  const std::string today = "{\"required\":[" + quoted(name) + "]}";
+  std::string today = "{\"required\":[" + quoted(name) + "]}";
   const Key* key = set.find(name);
   if (!key || key->old.empty()) return today;
   return either_of(today, "{\"required\":[" + quoted(key->old) + "]}");
