@@ -298,6 +298,14 @@ Real EnergyAccount::taken_by(const World& world, const Contact& c, Real h) const
 
 /// Belts and led bodies do work. What overlaps has been pressed together, or was placed so: the
 /// normal force gives it back.
+/// Whether it neither moved in the substep nor moves.
+bool EnergyAccount::stands(const Body& b, const Start& from) {
+  const Vec3 none(0);
+  return b.velocity == none && b.angular_velocity == none && from.velocity == none &&
+         from.angular_velocity == none && b.pose.position == from.pose.position &&
+         b.pose.rotation == from.pose.rotation;
+}
+
 void EnergyAccount::add_contacts(const World& world, Real h) {
   for (const Contact& c : contacts_of(world)) {
     if (!c.active) continue;
@@ -306,6 +314,12 @@ void EnergyAccount::add_contacts(const World& world, Real h) {
     const Start &from_a = bodies_[c.slot_a], &from_b = bodies_[c.slot_b];
     Group& g = groups_[sets_.root(c.slot_a)];
     g.touched = kTouched;
+    if (!is_dynamic(b)) {
+      g.momentum -= h * c.force;
+      g.angular -= h * (glm::cross(to_world(a.pose, c.point_a), c.force) + c.torque);
+    }
+    // Most contacts are of what sleeps: no work.
+    if (c.surface_velocity == Vec3(0) && stands(a, from_a) && stands(b, from_b)) continue;
     Real work = -h * glm::dot(c.force, c.surface_velocity);
     const Vec3 way_a = to_world(a.pose, c.point_a) - to_world(from_a.pose, c.point_a),
                way_b = to_world(b.pose, c.point_b) - to_world(from_b.pose, c.point_b);
@@ -313,8 +327,6 @@ void EnergyAccount::add_contacts(const World& world, Real h) {
       const Real speed = glm::length(way_b) / h + glm::length(c.surface_velocity);
       g.is_pressed = g.is_pressed || speed > 0, g.pressed_at = std::max(g.pressed_at, speed);
       work += glm::dot(c.force, way_b) + h * glm::dot(c.torque, b.angular_velocity);
-      g.momentum -= h * c.force;
-      g.angular -= h * (glm::cross(to_world(a.pose, c.point_a), c.force) + c.torque);
     }
     g.change -= work, g.exchanged += std::abs(work);
     g.paid += taken_by(world, c, h);

@@ -132,6 +132,7 @@ class EnergyAccount {
   void find_losses(const World& world);
   void add_bodies(const World& world, Real h);
   void add_contacts(const World& world, Real h);
+  static bool stands(const Body& b, const Start& from);
   Real taken_by(const World& world, const Contact& contact, Real h) const;
   void add_stores(const World& world, Real h);
   Way way_of(const World& world, std::uint32_t holder) const;
