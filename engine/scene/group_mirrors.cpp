@@ -109,7 +109,7 @@ struct GroupBuilder::MirroredLinks {
   }
   /// The name of the image; empty after an error.
   std::string name(const ElementId& at, const std::string& own) const {
-    const std::string image = mirrored_name(own);
+    std::string image = mirrored_name(own);
     if (image != own && group.own_names_.insert(image).second) return image;
     group.messages_.error(at, "name",
                           "found " + quoted_name(own) +

@@ -72,7 +72,7 @@ std::optional<Vec3> charts_of(const Reading& reading, const Reader& from,
 }
 
 SurfacePointer made_of(const Reader& from, std::shared_ptr<const nurbs::Skin> skin) {
-  const SurfacePointer made = from.kept(make_skin(std::move(skin))).value_or(nullptr);
+  SurfacePointer made = from.kept(make_skin(std::move(skin))).value_or(nullptr);
   if (made && made->model->doubt > kSureVolume)
     from.diagnostics.warn(
         from.node, "volume",

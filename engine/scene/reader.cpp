@@ -365,7 +365,7 @@ Vec3 Reader::colour(std::string_view key, Vec3 otherwise) const {
 
 std::string Reader::name() const {
   const NodeId value = find("name");
-  const std::string word = text("name", "");
+  std::string word = text("name", "");
   if (value == kNoNode || json[value].kind != JsonKind::string) return {};
   if (word == "world") {
     diagnostics.error_value(value, "another name: this one stands for what never moves");
