@@ -84,7 +84,8 @@ void add_polygon(b2Body& body, b2FixtureDef& how, const b2Vec2* corners, int cou
     shape.m_centroid += (1.0f / static_cast<float>(count)) * shape.m_vertices[i];
   }
   how.shape = &shape;
-  body.CreateFixture(&how);
+  body.CreateFixture(&how);  // copies the shape
+  how.shape = nullptr;
 }
 
 /// A turn about z by an angle of any size.
@@ -130,6 +131,7 @@ void add_outline(Site& site, const Outline& o) {
     shape.m_radius = site.scale.length(o.radius) + kDiscOutset;
     site.how.shape = &shape;
     site.body.CreateFixture(&site.how);
+    site.how.shape = nullptr;
     return;
   }
   if (o.kind == Outline::half_plane) {
