@@ -51,6 +51,13 @@ struct GroupBody {
   Vec3 from{0};  // m, where it was at the start of the step
 };
 
+/// How many are free or in trees: the first ones.
+inline std::size_t free_bodies(std::span<const GroupBody> bodies) {
+  const auto fixed = std::find_if(bodies.begin(), bodies.end(),
+                                  [](const GroupBody& b) { return b.per_mass == 0; });
+  return static_cast<std::size_t>(fixed - bodies.begin());
+}
+
 /// Whether it is no obstacle.
 inline bool can_give_way(const GroupBody& b) { return b.per_mass > 0; }
 
@@ -269,17 +276,17 @@ struct LoopedBody {
 
 /// A free body of a group that rests (group_rest.cpp). Motions are velocities and spins.
 struct RestBody {
-  std::uint32_t row = 0;  // of the factor
-  Mat3 inertia{0};        // kg m^2, world axes
-  Wrench free, motion;    // without contacts; as found so far
-  Wrench left, way;       // momenta out of balance; where Newton's method leads
+  std::uint32_t row = 0;       // of the factor
+  Mat3 inertia{0};             // kg m^2, world axes
+  Wrench free, motion;         // without contacts; as found so far
+  Wrench residual, direction;  // momenta out of balance; of Newton's method
 };
 
 /// A contact of such a group, along its axes.
 struct RestContact {
   bool near = false, slides = false;
   bool may_press = false, presses = false;  // is expected to, before the first iteration
-  Real yield = 0;                           // 1/kg
+  Real compliance = 0;                      // 1/kg
   Vec3 goal{0}, speed{0}, change{0};        // m/s, of a's point relative to b's
   Vec3 impulse{0};                          // N s
 };

@@ -72,9 +72,7 @@ void find_order(GroupScratch& r, std::size_t count) {
 
 void gather_resting(GroupScratch& r, const GroupScratch::Range& range, Real h) {
   const auto bodies = std::span(r.bodies).subspan(range.first_body);
-  const auto fixed = std::find_if(bodies.begin(), bodies.end(),
-                                  [](const GroupBody& b) { return b.per_mass == 0; });
-  const auto count = static_cast<std::size_t>(fixed - bodies.begin());
+  const std::size_t count = free_bodies(bodies);
   if (count < 2 || r.nodes.size() > range.first_node || r.ties.size() > range.first_tie ||
       r.rollings.size() > range.first_rolling || !is_calm(bodies, count, h) ||
       !has_faces(std::span(r.contacts).subspan(range.first_contact)))

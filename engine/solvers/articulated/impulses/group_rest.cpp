@@ -15,6 +15,7 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/articulated/impulses/group_points.hpp"
+#include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
@@ -26,7 +27,7 @@ constexpr Real kStill = 1e-3;
 /// Sizes of a body in a second: what slides faster is not at rest.
 constexpr Real kSlides = 0.05;
 /// Of the response of a point to an impulse: how far it gives way.
-constexpr Real kYield = 1e-7;
+constexpr Real kCompliance = 1e-7;
 /// Of the speed that weight gives in a step: no load closes a point faster, after so many times in
 /// which the points of heavier loads give way less.
 constexpr Real kSinks = 1e-5;
@@ -61,17 +62,11 @@ Real weight_of(const Group& g) {
   return most;
 }
 
-std::size_t free_bodies(const Group& g) {
-  const auto fixed = std::find_if(g.bodies.begin(), g.bodies.end(),
-                                  [](const GroupBody& b) { return b.per_mass == 0; });
-  return static_cast<std::size_t>(fixed - g.bodies.begin());
-}
-
 /// Of a body, how it moves; a fixed one moves as it does.
 Wrench motion_of(const Group& g, std::uint32_t body, Wrench RestBody::*motion) {
   if (body < g.resting.size()) return g.resting[body].*motion;
   const GroupBody& b = g.bodies[body];
-  return motion == &RestBody::way ? Wrench{} : Wrench{b.velocity, b.spin};
+  return motion == &RestBody::direction ? Wrench{} : Wrench{b.velocity, b.spin};
 }
 
 /// m/s, of a's point relative to b's, along the axes.
@@ -89,22 +84,21 @@ struct Law {
 };
 
 Law law_of(const RestContact& r, Real friction, Vec3 speed) {
-  const Vec3 y = (r.goal - speed) / r.yield;
+  const Vec3 y = (r.goal - speed) / r.compliance;
   const Real aside = std::sqrt(y.y * y.y + y.z * y.z);
   Law law;
   if (aside <= friction * y.x) {
-    law.impulse = y, law.stiffness = Mat3(1 / r.yield);
+    law.impulse = y, law.stiffness = Mat3(1 / r.compliance);
     return law;
   }
   if (friction * aside <= -y.x) return law;
   const Real whole = 1 + friction * friction, normal = (y.x + friction * aside) / whole;
   const Vec3 across = Vec3(0, y.y, y.z) / aside;
-  const Vec3 gradient = (Vec3(1, 0, 0) + friction * across) / whole;
-  law.impulse = normal * (Vec3(1, 0, 0) + friction * across), law.slides = true;
   const Vec3 along = Vec3(1, 0, 0) + friction * across;
-  law.stiffness = glm::outerProduct(along, gradient) / r.yield;
+  law.impulse = normal * along, law.slides = true;
+  law.stiffness = glm::outerProduct(along, along / whole) / r.compliance;
   const Mat3 turning = Mat3(0, 0, 0, 0, 1, 0, 0, 0, 1) - glm::outerProduct(across, across);
-  law.stiffness += friction * normal / (aside * r.yield) * turning;
+  law.stiffness += friction * normal / (aside * r.compliance) * turning;
   return law;
 }
 
@@ -145,7 +139,7 @@ bool begin_contacts(const Group& g, Real h) {
     Real response = 0;
     for (const Vec3& axis : c.axes)
       response += glm::dot(axis, response_of(pair, arms_of(c), axis)) / 3;
-    r.yield = kYield * response;
+    r.compliance = kCompliance * response;
     const Real size = size_of(g.a(c)), deep = std::max(Real(0), -c.gap - kSunk * size);
     r.goal.x = c.gap > 0 ? -c.gap / h : std::min(kClosed * deep / h, kCloses * size);
     r.may_press = speed_of(g, c, &RestBody::free).x < r.goal.x + kMayPress * h * weight;
@@ -160,7 +154,7 @@ Real measure(const Group& g) {
     RestBody& r = g.resting[i];
     const Wrench now = momentum_of(g.bodies[i], r, r.motion),
                  free = momentum_of(g.bodies[i], r, r.free);
-    r.left = {now.force - free.force, now.torque - free.torque};
+    r.residual = {now.force - free.force, now.torque - free.torque};
   }
   for (std::size_t i = 0; i < g.contacts.size(); ++i) {
     const GroupContact& c = g.contacts[i];
@@ -170,20 +164,18 @@ Real measure(const Group& g) {
     const Law law = law_of(r, c.friction, r.speed);
     r.impulse = law.impulse, r.slides = law.slides;
     const Vec3 p = to_world(c, r.impulse);
-    g.resting[c.a].left += {-p, -glm::cross(c.arm_a, p)};
-    if (c.b < g.resting.size()) g.resting[c.b].left += {p, glm::cross(c.arm_b, p)};
+    g.resting[c.a].residual += {-p, -glm::cross(c.arm_a, p)};
+    if (c.b < g.resting.size()) g.resting[c.b].residual += {p, glm::cross(c.arm_b, p)};
   }
   Real most = 0;
   for (std::size_t i = 0; i < g.resting.size(); ++i) {
     const GroupBody& b = g.bodies[i];
-    const Wrench& left = g.resting[i].left;
+    const Wrench& left = g.resting[i].residual;
     most = std::max({most, b.per_mass * glm::length(left.force),
                      size_of(b) * glm::length(b.response * left.torque)});
   }
   return most;
 }
-
-Mat3 cross_matrix(Vec3 v) { return Mat3(0, v.z, -v.y, -v.z, 0, v.x, v.y, -v.x, 0); }
 
 /// block += [X Y; Z W] by rows, each of three.
 void add_block(Real* block, const Mat3 (&parts)[2][2]) {
@@ -225,7 +217,7 @@ void assemble(const Group& g, const BlockEnvelope& e) {
     Law law = law_of(r, c.friction, r.speed);
     if (law.impulse == Vec3(0)) {
       if (!r.presses) continue;
-      law.stiffness = Mat3(1 / r.yield);
+      law.stiffness = Mat3(1 / r.compliance);
     }
     r.presses = false;
     const Mat3 axes(c.axes[0], c.axes[1], c.axes[2]);
@@ -239,22 +231,22 @@ void assemble(const Group& g, const BlockEnvelope& e) {
   }
 }
 
-/// The way that Newton's method takes. False where the factor fails.
-bool find_way(const Group& g) {
+/// Newton's direction. False where the factor fails.
+bool find_direction(const Group& g) {
   const BlockEnvelope e = envelope_of(g);
   assemble(g, e);
   if (!e.factor()) return false;
   const std::span<Real> x = g.numbers.first(kEnvelopeWide * g.resting.size());
   for (const RestBody& r : g.resting)
     for (int k = 0; k < 3; ++k) {
-      x[kEnvelopeWide * r.row + static_cast<std::size_t>(k)] = -r.left.force[k];
-      x[kEnvelopeWide * r.row + 3 + static_cast<std::size_t>(k)] = -r.left.torque[k];
+      x[kEnvelopeWide * r.row + static_cast<std::size_t>(k)] = -r.residual.force[k];
+      x[kEnvelopeWide * r.row + 3 + static_cast<std::size_t>(k)] = -r.residual.torque[k];
     }
   e.solve(x);
   for (RestBody& r : g.resting)
     for (int k = 0; k < 3; ++k) {
-      r.way.force[k] = x[kEnvelopeWide * r.row + static_cast<std::size_t>(k)];
-      r.way.torque[k] = x[kEnvelopeWide * r.row + 3 + static_cast<std::size_t>(k)];
+      r.direction.force[k] = x[kEnvelopeWide * r.row + static_cast<std::size_t>(k)];
+      r.direction.torque[k] = x[kEnvelopeWide * r.row + 3 + static_cast<std::size_t>(k)];
     }
   return true;
 }
@@ -267,14 +259,14 @@ struct Slope {
   explicit Slope(const Group& all) : g(all) {
     for (std::size_t i = 0; i < g.resting.size(); ++i) {
       const RestBody& r = g.resting[i];
-      const Wrench way = momentum_of(g.bodies[i], r, r.way);
+      const Wrench way = momentum_of(g.bodies[i], r, r.direction);
       first += glm::dot(way.force, r.motion.force - r.free.force) +
                glm::dot(way.torque, r.motion.torque - r.free.torque);
-      second += glm::dot(way.force, r.way.force) + glm::dot(way.torque, r.way.torque);
+      second += glm::dot(way.force, r.direction.force) + glm::dot(way.torque, r.direction.torque);
     }
     for (std::size_t i = 0; i < g.contacts.size(); ++i)
       if (g.rest_contacts[i].near)
-        g.rest_contacts[i].change = speed_of(g, g.contacts[i], &RestBody::way);
+        g.rest_contacts[i].change = speed_of(g, g.contacts[i], &RestBody::direction);
   }
   Real at(Real part) const {
     Real sum = first + part * second;
@@ -323,10 +315,10 @@ bool iterate(const Group& g, Real enough, int most) {
     const Real left = measure(g);
     const bool nearly = left <= kNearly * enough;
     if (left <= enough || (nearly && left > 0.5 * before)) return true;
-    if (n == most || !find_way(g)) return nearly;
+    if (n == most || !find_direction(g)) return nearly;
     const Real part = search(g);
     for (RestBody& r : g.resting)
-      r.motion.force += part * r.way.force, r.motion.torque += part * r.way.torque;
+      r.motion.force += part * r.direction.force, r.motion.torque += part * r.direction.torque;
     before = left;
   }
 }
@@ -335,7 +327,7 @@ bool iterate(const Group& g, Real enough, int most) {
 bool iterate_softer(const Group& g, Real fastest) {
   start(g);
   const auto scale = [&](Real by) {
-    for (RestContact& r : g.rest_contacts) r.yield *= by;
+    for (RestContact& r : g.rest_contacts) r.compliance *= by;
   };
   for (const auto& [softer, most] : kSofter) {
     scale(softer);
@@ -353,9 +345,9 @@ bool harden(const Group& g, Real h) {
   const Real most = kSinks * h * weight_of(g);
   bool any = false;
   for (RestContact& r : g.rest_contacts) {
-    const Real sinks = r.yield * r.impulse.x;
+    const Real sinks = r.compliance * r.impulse.x;
     if (!r.near || !(sinks > most) || most == 0) continue;
-    r.yield *= 0.5 * most / sinks, any = true;
+    r.compliance *= 0.5 * most / sinks, any = true;
   }
   return any;
 }
@@ -391,7 +383,7 @@ bool is_calm(std::span<const GroupBody> bodies, std::size_t free, Real h) {
 
 bool rest_group(const Group& g, Real h) {
   if (g.resting.empty()) return false;
-  PANTIN_ASSERT(g.resting.size() == free_bodies(g));
+  PANTIN_ASSERT(g.resting.size() == free_bodies(g.bodies));
   centre_bodies(g);
   begin_bodies(g, h);
   if (!begin_contacts(g, h)) return false;
