@@ -349,6 +349,13 @@ void pack_bodies(const World& world, const Planting& all, Island& a) {
   a.is_chain = a.trees.size() == 1;
   for (std::size_t c = 1; c < visits.size(); ++c)
     a.is_chain = a.is_chain && a.parents[c] == static_cast<std::int32_t>(c) - 1;
+  a.children.assign(a.is_chain ? 0 : a.parents.size(), {});
+  if (a.is_chain) return;
+  for (auto c = static_cast<std::uint32_t>(a.parents.size()); c-- > 0;) {
+    if (a.parents[c] < 0) continue;
+    Children& of_parent = a.children[static_cast<std::size_t>(a.parents[c])];
+    a.children[c].sibling = of_parent.first, of_parent.first = c;
+  }
 }
 
 /// The anchors that are no roots.

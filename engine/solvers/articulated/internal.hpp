@@ -3,7 +3,12 @@
 #include "engine/contact/memory.hpp"
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/articulated/kernels.hpp"
+#include "engine/solvers/articulated/smooth/parted_step.hpp"
 #include "engine/world/world.hpp"
+
+namespace pantin::detail {
+struct StepTask;
+}
 
 namespace pantin::detail::articulated {
 
@@ -58,6 +63,8 @@ Mat3 inverse_inertia(const GroupBody& b, Quat rotation);
 
 /// Whether pins, cables or loops act on the island.
 inline bool has_rows(const Island& a) { return !a.pins.empty() || !a.cables.empty(); }
+/// Whether these, or joints that constrain rotations, do.
+inline bool is_tied(const Island& a) { return has_rows(a) || !a.joints.empty(); }
 
 /// Closes the joints of the step by the rule of the island, and updates the velocities
 /// (close.cpp). False if a position is out of bounds.
@@ -76,11 +83,6 @@ bool close_by_sweeps(World& world, Island& a, Real h, Entity& lost);
 bool conserves(const World& world, const Island& a);
 /// The whole step. False if a body is lost, which `lost` then names.
 bool step_conserving(World& world, Island& a, Real h, Entity& lost);
-/// A part of a step of the length `whole`, s, by the fractions of it at which it begins and ends.
-struct StepPart {
-  Real begin, end, whole;
-  bool yields = false;  // rigid ties give way
-};
 /// Loops, spring pins and elastic cables in that method (conserving_ties.cpp). Whether it can take
 /// those of the island: cables are not far too long, no exact pin but the root's is there, since
 /// those jump and may be out of reach, and loops are nearly closed.
@@ -122,6 +124,20 @@ struct TiedPart {
   Real place_work = 0, struck_work = 0;  // J, by moving places at the ties; of that, by blows
 };
 bool conserve_tied(World& world, Island& a, ConservingInput in, TiedPart& with);
+/// A step in parts: prepares the next one, which tells what the kernels need to know of it, and
+/// what ties do in it.
+PartedStep begin_parts(World& world, Island& a, Real h);
+ConservingInput begin_part(World& world, Island& a, PartedStep& step);
+TiedPart tied_part(const PartedStep& step);
+/// After PartedStep::taken is known.
+void end_part(World& world, Island& a, PartedStep& step, const TiedPart& with);
+/// All of that, for an island alone.
+void take_part(World& world, Island& a, PartedStep& step);
+/// After the last part. False if a body is lost, which `lost` then names.
+bool end_parts(World& world, Island& a, const PartedStep& step, Entity& lost);
+/// Islands alike side by side (crowd.cpp): which are, when the structure has changed; their steps.
+void find_crowds(const World& world, Islands& all);
+void step_crowds(World& world, const StepTask& task);
 void reserve_ties(Island& a);
 void reserve_tie_rows(Island& a);
 /// Joints that constrain rotations or exert torques in that method (conserving_joints.cpp): before

@@ -15,6 +15,7 @@
 #include "engine/solvers/articulated/impulses/contact_groups.hpp"
 #include "engine/solvers/articulated/lane_layout.hpp"
 #include "engine/solvers/articulated/smooth/conserving_node.hpp"
+#include "engine/solvers/articulated/smooth/parted_step.hpp"
 #include "engine/solvers/articulated/smooth/tie.hpp"
 #include "engine/solvers/articulated/vec3x4.hpp"
 #include "engine/solvers/islands.hpp"
@@ -92,7 +93,7 @@ struct StepScratch {
   LaneTable work;             // see Work
   std::vector<Real> nodes;    // kNodeSize a body, see Node
   LaneTable forces;           // 6 rows: acceleration, torque; only where forces are used
-  std::vector<Real> blocks;   // kBlockSize a body, for trees
+  std::vector<Real> blocks;   // kBlockSize a body, for shake2
   std::vector<Real> targets;  // 3 a tree
   std::vector<Real> ways, anchor_velocities;  // likewise, for the energy-momentum method
   std::vector<Vec3> translation, rotation;    // shake2, per body: response to the gaps
@@ -238,6 +239,7 @@ struct IslandStructure {
   std::vector<Entity> bodies;         // tree order
   std::vector<std::uint32_t> slots;   // in World::bodies, padded
   std::vector<std::int32_t> parents;  // column, kHeld or kFree
+  std::vector<Children> children;     // per column; empty for a chain
   std::vector<std::uint32_t> links;   // slot in World::links of the joint to the parent, or kNoSlot
   std::vector<PackedJoint> joints;    // per column; empty where every joint is a free ball joint
   LaneTable constants;                // see Constant
@@ -251,6 +253,7 @@ struct IslandStructure {
     field("bodies", derived(self.bodies));
     field("slots", derived(self.slots));
     field("parents", derived(self.parents));
+    field("children", derived(self.children));
     field("links", derived(self.links));
     field("joints", derived(self.joints));
     field("constants", self.constants);
@@ -310,6 +313,7 @@ struct StepPlan {
   bool changed = false;            // the caller changed the motion
   bool finite = true;              // the prediction is finite
   bool in_group = false;           // steps with all that it touches: see step_group.cpp
+  bool in_crowd = false;           // side by side with others like it: see crowd.cpp
   std::uint32_t was = UINT32_MAX;  // its number before the last build, if that left it as it was
 };
 
@@ -342,10 +346,12 @@ struct Island : IslandStructure, IslandMemory, StepPlan, StepResult {
 struct Islands : IslandList<Island> {
   static constexpr std::string_view name = "articulated";  // in saved Worlds
   Scratch<GroupScratch> groups;
+  Scratch<CrowdScratch> crowd;
 
   static void fields(auto& self, auto&& field) {
     IslandList::fields(self, field);
     field("groups", derived(self.groups));
+    field("crowd", derived(self.crowd));
   }
 };
 

@@ -5,6 +5,7 @@
 #include "engine/solvers/articulated/kernels/conserving.hpp"
 #include "engine/solvers/articulated/kernels/geometry.hpp"
 #include "engine/solvers/articulated/kernels/inward.hpp"
+#include "engine/solvers/articulated/kernels/island_lanes.hpp"
 #include "engine/solvers/articulated/kernels/predict.hpp"
 #include "engine/solvers/articulated/kernels/sweep.hpp"
 #include "engine/solvers/articulated/kernels/velocities.hpp"
@@ -32,6 +33,8 @@ const Kernels PANTIN_JOINED(kernels_, PANTIN_KERNELS) = {PANTIN_TEXT(PANTIN_KERN
                                                          update_velocities,
                                                          sweep_and_update,
                                                          conserve,
+                                                         conserve_lanes,
+                                                         lane_numbers,
                                                          scale};
 
 }  // namespace pantin::detail::articulated

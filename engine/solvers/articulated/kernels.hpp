@@ -25,7 +25,8 @@ struct IslandView {
   double* memory;
   double* work;
   double* nodes;
-  const double* forces;  // acceleration and torque rows, or null
+  const double* forces;      // acceleration and torque rows, or null
+  const Children* children;  // of no chain
   bool is_chain;
 };
 
@@ -108,7 +109,6 @@ struct ConservingInput {
   const double* targets;            // of the anchors at the end of the step, m
   const double* ways;               // displacements of the anchors over the step, m
   const double* anchor_velocities;  // at the end of the step, m/s
-  double* blocks;                   // kConservingBlock a body; null for a chain
   int most_iterations;
   double enough;                   // rad: largest rotation of the last iteration
   double enough_next;              // rad: likewise of the next one, as the last two foretell it
@@ -119,6 +119,66 @@ struct ConservingInput {
   const ConservingTies* ties;      // or null
   const ConservingJoints* joints;  // or null
   double most_due;                 // of the energy found: a step that takes more of it is refused
+};
+
+struct TieMeeting {
+  std::uint32_t on_first, on_second;
+};
+/// Cables of islands alike that are stepped side by side: what is the same in all of them.
+struct LaneTies {
+  struct Tie {
+    std::uint32_t a, b;         // columns; a: UINT32_MAX for the world
+    std::uint32_t path, count;  // steps between it and the roots
+    bool stretches;
+  };
+  std::size_t count;
+  const Tie* ties;
+  const TiePathStep* paths;
+  std::size_t steps, longest;  // of all paths, of one
+  /// The bodies that the paths of two cables share, by their steps on both: of the cables n and m
+  /// from meeting_starts[n * count + m] to the next start.
+  const TieMeeting* meetings;
+  const std::uint32_t* meeting_starts;
+};
+/// What a cable that cannot stretch does in a lane, as a number of its table.
+inline constexpr double kSlackTie = 0, kTautTie = 1, kStrikingTie = 2;
+
+/// One of the islands that are stepped side by side.
+struct LaneIsland {
+  IslandView view;
+  ConservingInput input;  // without hooks: those of cables follow
+  double size, mass;      // m, kg
+  double yield;           // see StepScratch::tie_yield
+  void* context;
+  int* iterations;
+  double* factors;            // kTieFactor a body
+  double *matrix, *solution;  // of the cables' equations
+  bool (*solve)(void* context, std::size_t rows);
+  /// After an iteration in which a cable became taut: whether the part has to end where it does.
+  bool (*is_hit_early)(void* context);
+  /// After the iterations: the same of all that became taut on the way.
+  bool (*ends_early)(void* context);
+  /// Velocities at the end where cables strike: see ConservingTies::project.
+  bool (*strike)(void* context);
+  const bool *inner, *struck;
+  double* place_work;
+};
+
+/// What became of a step: refused; taken, and all written; or to be tried alone.
+enum class LaneOutcome : std::uint8_t { refused, taken, alone };
+
+/// Up to kLanes islands alike: as many bodies, on joints between the same columns, and as many
+/// cables of the same kind between these; no forces, and no other ties. Lanes beyond `count` are
+/// not looked at.
+struct ConservingLanes {
+  std::size_t count;
+  const LaneIsland* islands;
+  const LaneTies* ties;     // or null
+  double* tie_table;        // of their cables, kLaneCableRows rows of kLanes each
+  std::uint32_t* tie_rows;  // one each
+  double* tie_gains;        // kLanes each
+  double* memory;           // lane_numbers() of it
+  LaneOutcome* outcomes;    // one for each island
 };
 
 struct Kernels {
@@ -148,6 +208,11 @@ struct Kernels {
   /// A whole step of free ball joints by the energy-momentum method, bodies written. False, and
   /// nothing written, where the iterations do not converge. [Betsch & Steinmann 2001]
   bool (*conserve)(const IslandView&, const ConservingInput&);
+  /// The same of islands side by side, each in a lane of its own: the bits of a lane do not depend
+  /// on what the others hold.
+  void (*conserve_lanes)(const ConservingLanes&);
+  /// Numbers of memory that this needs.
+  std::size_t (*lane_numbers)(std::size_t bodies, std::size_t trees, const LaneTies* ties);
   /// Scales all velocities; translation relative to `mean`.
   void (*scale)(const IslandView&, double factor, const double* mean);
 };

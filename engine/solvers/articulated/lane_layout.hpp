@@ -9,6 +9,12 @@ namespace pantin::detail::articulated {
 inline constexpr std::int32_t kHeld = -1;  // parent: the joint point is anchored in the world
 inline constexpr std::int32_t kFree = -2;  // parent: none, a free root
 
+/// The first child of a body, and the next sibling of a body, by columns.
+inline constexpr std::uint32_t kNoChild = 0xffffffff;
+struct Children {
+  std::uint32_t first = kNoChild, sibling = kNoChild;
+};
+
 /// Bodies per vector. Tables store blocks of `kLanes` columns row by row.
 inline constexpr std::size_t kLanes = 4;
 
@@ -81,11 +87,44 @@ enum Node : std::size_t {
   kNodeSize = 24
 };
 
-/// Numbers of a body in a tree, for the energy-momentum method: a block before its rotation is
-/// eliminated.
-inline constexpr std::size_t kConservingBlock = 54;
 /// Numbers of a body for ties (see ConservingTies): what they add to its block, by rows of 3: the
 /// derivative of the torque, impulse, torque; what they need of its elimination.
 inline constexpr std::size_t kTieBlock = 15, kTieFactor = 18;
+
+/// Rows of a cable between islands side by side (ConservingLanes): numbers of ConservingTie.
+enum LaneCableRow : std::size_t {
+  kCableAnchorA = 0,  // 3, likewise below
+  kCableAnchorB = kCableAnchorA + 3,
+  kCableStartA = kCableAnchorB + 3,
+  kCableStartB = kCableStartA + 3,
+  kCableMeanA = kCableStartB + 3,
+  kCableMeanB = kCableMeanA + 3,
+  kCableEndA = kCableMeanB + 3,
+  kCableEndB = kCableEndA + 3,
+  kCableWay = kCableEndB + 3,
+  kCableVelocity = kCableWay + 3,
+  kCableBefore = kCableVelocity + 3,
+  kCableNow = kCableBefore + 3,
+  kCableMu = kCableNow + 3,
+  kCableDerivative = kCableMu + 3,         // 9, by columns
+  kCableDirection = kCableDerivative + 9,  // 3, of its row, likewise the next three
+  kCableBy = kCableDirection + 3,          // 3
+  kCableRight = kCableBy + 3,
+  kCableOwn,
+  kCableLength,
+  kCableStiffness,
+  kCableAcross,
+  kCableSoftness,
+  kCableResponse,
+  kCableKind,      // kSlackTie, kTautTie or kStrikingTie
+  kCableFollowed,  // 1: see CableRow, else 0
+  kCableActs,      // 1: has a row, else 0
+  kLaneCableRows
+};
+/// A body between a tie and its roots, or the place of a free root, whose column is then that of
+/// the root and the number of bodies. `parent`: where on the path its parent follows.
+struct TiePathStep {
+  std::uint32_t column, parent;
+};
 
 }  // namespace pantin::detail::articulated

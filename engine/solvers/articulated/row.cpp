@@ -22,13 +22,13 @@ void catch_up(World& world, const StepTask& task) {
     if (!all[i].scratch.predicted) update(world, all[i], task.h);
 }
 
-void forget_result(Island& a) { a.lost = Entity{}, a.energy_removed = 0, a.jammed = false; }
-
 void adjust_all(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
+  for (Island& a : all) a.lost = Entity{}, a.energy_removed = 0, a.jammed = a.in_crowd = false;
+  step_crowds(world, task);
   for_each_island(all.size(), task, [&](std::size_t i) {
-    forget_result(all[i]);
-    if (!all[i].in_group || all[i].asleep) adjust(world, all[i], task.h, all[i].lost);
+    Island& a = all[i];
+    if (!a.in_crowd && (!a.in_group || a.asleep)) adjust(world, a, task.h, a.lost);
   });
   step_contact_groups(world, task);
 }

@@ -45,14 +45,14 @@ void prepare(World& world) {
     r.ways.reserve(3 * a.trees.size()), r.anchor_velocities.reserve(3 * a.trees.size());
     if (!world.forces.empty()) r.forces.resize(6, n);
     if (has_rows(a) || !a.joints.empty()) reserve_ties(a);
-    if (!a.is_chain || shake || has_rows(a) || !a.joints.empty())
-      r.blocks.assign(std::max<std::size_t>(kBlockSize, kConservingBlock) * n, 0);
+    if (shake) r.blocks.assign(kBlockSize * n, 0);
     if (!a.pins.empty()) r.velocities.assign(n, Vec3(0));
     if (shake) r.translation.assign(n, Vec3(0)), r.rotation = r.turned = r.translation;
     if (has_free_tree(a)) r.outboard.assign(n, 0);
     if (has_rows(a)) r.on_path.assign(n, 0);
     if (!a.joints.empty()) r.conserving_sums.resize(n), r.conserving_nodes.resize(n);
   }
+  find_crowds(world, all);
 }
 
 }  // namespace pantin::detail::articulated

@@ -33,6 +33,7 @@ IslandView view_of(World& world, Island& a) {
           a.scratch.work.data(),
           a.scratch.nodes.data(),
           a.forced ? a.scratch.forces.data() : nullptr,
+          a.children.data(),
           a.is_chain};
 }
 

@@ -16,470 +16,322 @@
 ///
 /// The unknowns of an iteration are the rotation of each body (rad) and the displacement of its
 /// own joint point (m). Bodies are eliminated from the leaves to the roots, in linear time.
-#include "engine/solvers/articulated/kernels/conserving_block.hpp"
-#include "engine/solvers/articulated/kernels/predict.hpp"
+#include "engine/solvers/articulated/kernels/conserving_iterate.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
 
-/// The step of one island; see the head of the file.
-struct ConservingStep {
+/// The step of the islands that `Lanes` holds; see the head of the file.
+template <class Lanes>
+struct ConservingStep : ConservingIterate<Lanes> {
+  using Iterate = ConservingIterate<Lanes>;
+  using Iterate::constants, Iterate::work, Iterate::memory, Iterate::parent, Iterate::count;
+  using Iterate::due_, Iterate::work_, Iterate::weight_, Iterate::probe_, Iterate::turned2_;
+  using Iterate::lanes, Iterate::in, Iterate::h, Iterate::h4, Iterate::per, Iterate::kWide;
+  using typename Iterate::N;
   /// Cayley's vector of a turn by 2 rad.
   static constexpr double kMostTurned = 3.11;
-  const IslandView& p;
-  const ConservingInput& in;
-  const double h = in.h, per = 1 / in.h;
-  DampingFactor damping{0.5 * in.h};
-  double largest2 = 0;  // square of the largest rotation of the last iteration, rad^2
 
-  /// State of four bodies at the start of the step, after half its drag.
-  struct Start {
-    Vec<Four> x, v, w;
-    Qua<Four> q;
+  /// The iterations of an island.
+  struct Course {
+    bool runs = true, solved = false;
+    double largest2 = 0;  // square of the largest rotation of the last iteration, rad^2
+    double released = 0;  // J, by joints and ties
+    bool keeps = true;    // nothing but the projection takes energy at the end
   };
-  INLINE Start start(std::size_t i) {
-    const FourBodies bodies(p, i);
-    const Four keep = damping.of(num<Four>(column(p.constants, kConstantRows, i), kDrag));
-    return {bodies.vec(p.layout.position), keep * bodies.vec(p.layout.velocity),
-            keep * bodies.vec(p.layout.angular_velocity), bodies.qua(p.layout.rotation)};
+
+  ConservingStep(Lanes& islands, const ConservingInput& common) : Iterate(islands, common) {
+    for_each_island([&](Course& c, int l) { c.runs = lanes.is_used(l); });
   }
 
-  /// The first iterate of a block: rotation at constant velocity, or at constant acceleration if
-  /// the last step had the same length.
-  INLINE void guess(std::size_t i) {
-    const Start s = start(i);
-    probe_ += dot(s.x, s.x);
-    Vec<Four> r = all(h) * s.w;
-    if (in.follows_equal_step)
-      r = r + r - vec<Four>(column(p.memory, kMemoryRows, i), kLastRotation);
-    const Four r2 = dot(r, r), most = all(1.5);
-    r = choose(r2 > most * most, most / root(r2), all(1.0)) * r;
-    double* k = column(p.work, kWorkRows, i);
-    put(k, kEndRotation, unit_again(mul(exponential(r), s.q)));
-    put(k, kJointWay, all(h) * s.v);  // of a free root
-  }
+  Course course[Lanes::kIslands];
 
-  /// Arms, reaches and positions of a block whose rotations are known; parents come before.
-  INLINE void place(std::size_t i, const Start& s, const Axes<Four>& d0, const Axes<Four>& d1) {
-    const double* c = column(p.constants, kConstantRows, i);
-    double* k = column(p.work, kWorkRows, i);
-    const Vec<Four> anchor = vec<Four>(c, kOwnAnchor);
-    const Vec<Four> arm = all(-1) * along(d1, anchor);
-    put(k, kEndArm, arm);
-    put(k, kMeanArm, all(-0.5) * (along(d0, anchor) + along(d1, anchor)));
-    Qua<Four> q0 = s.q, q1 = qua<Four>(k, kEndRotation);
-    const Qua<Four> turned = mul(q1, back(q0));
-    put(column(p.memory, kMemoryRows, i), kTurned,
-        (2.0 / turned.w) * Vec<Four>{turned.x, turned.y, turned.z});
-    Vec<Four> arm1 = arm, arm_mean = vec<Four>(k, kMeanArm);
-    for (std::size_t l = 0; l < kLanes; ++l) {
-      const std::int32_t parent = p.parents[i + l];
-      if (parent < 0) continue;
-      const auto at = static_cast<std::size_t>(parent);
-      const double* b = p.bodies + p.slots[at] * p.layout.stride + p.layout.rotation;
-      q0.x[l] = b[0], q0.y[l] = b[1], q0.z[l] = b[2], q0.w[l] = b[3];
-      const double* o = column(p.work, kWorkRows, at);
-      q1.x[l] = o[kEndRotation * kLanes], q1.y[l] = o[(kEndRotation + 1) * kLanes];
-      q1.z[l] = o[(kEndRotation + 2) * kLanes], q1.w[l] = o[(kEndRotation + 3) * kLanes];
-      const Vec<double> e1 = vec<double>(o, kEndArm), em = vec<double>(o, kMeanArm);
-      arm1.x[l] = e1.x, arm1.y[l] = e1.y, arm1.z[l] = e1.z;
-      arm_mean.x[l] = em.x, arm_mean.y[l] = em.y, arm_mean.z[l] = em.z;
-    }
-    const Vec<Four> there = vec<Four>(c, kParentAnchor);
-    const Vec<Four> end = rotated(q1, there), begin = rotated(q0, there);
-    put(k, kEndReach, end + arm1);
-    put(k, kMeanReach, all(0.5) * (end + begin) + arm_mean);
-    const std::size_t lanes = p.count - i < kLanes ? p.count - i : kLanes;
-    for (std::size_t l = 0; l < lanes; ++l) put_way(i + l, k + l);
+  template <class Do>
+  void for_each_island(const Do& act) {
+    for (int l = 0; l < Lanes::kIslands; ++l) act(course[l], l);
   }
-  /// Displacement of the joint point of body i; that of a free root is known.
-  INLINE void put_way(std::size_t i, double* k) {
-    const std::int32_t parent = p.parents[i];
-    if (parent >= 0)
-      put(k, kJointWay,
-          vec<double>(column(p.work, kWorkRows, static_cast<std::size_t>(parent)), kJointWay) +
-              2.0 * (vec<double>(k, kEndReach) - vec<double>(k, kMeanReach)));
-    if (parent == kHeld) put(k, kJointWay, Vec<double>{held_[0], held_[1], held_[2]});
-    if (parent < 0) held_ += 3;
+  bool any_runs() const {
+    for (const Course& c : course)
+      if (c.runs) return true;
+    return false;
   }
-
-  static INLINE Four size_of(Four x) { return choose(x > all(0), x, all(-1) * x); }
-
-  /// What the elimination needs of each body of a block.
-  template <Unknown unknown>
-  INLINE void fill(std::size_t i) {
-    const Start s = start(i);
-    const double* c = column(p.constants, kConstantRows, i);
-    double* k = column(p.work, kWorkRows, i);
-    const Axes<Four> d0 = axes_of(s.q), d1 = axes_of(qua<Four>(k, kEndRotation));
-    place(i, s, d0, d1);
-    const Vec<Four> moments = vec<Four>(c, kInertia);
-    const Four half = 0.5 * (moments.x + moments.y + moments.z);
-    const Four second[3] = {half - moments.x, half - moments.y, half - moments.z};
-    const Four mass = num<Four>(c, kMass);
-    const Vec<Four> arm = vec<Four>(k, kEndArm);
-    const Vec<Four> way =
-        all(per) * (vec<Four>(k, kJointWay) + all(2) * (arm - vec<Four>(k, kMeanArm)));
-    Vec<Four> torque{all(0), all(0), all(0)}, impulse;
-    Outer turn;
-    if (unknown == Unknown::displacement) {
-      Vec<Four> a = num<Four>(c, kGravityScale) *
-                    Vec<Four>{all(in.gravity[0]), all(in.gravity[1]), all(in.gravity[2])};
-      if (p.forces) {
-        const double* f = column(p.forces, 6, i);
-        a = a + vec<Four>(f, 0), torque = all(-0.5 * h) * vec<Four>(f, 3);
-      }
-      const Vec<Four> mean_arm = vec<Four>(k, kMeanArm);
-      impulse = mass * (way - s.v - all(0.5 * h) * a);
-      turn.add(arm, all(0.5) * impulse - (mass * per) * mean_arm);
-      for (int n = 0; n < 3; ++n) {
-        const Vec<Four> w = all(per) * (d1.d[n] - d0.d[n]) - cross(s.w, d0.d[n]);
-        const Vec<Four> mean = all(0.5) * (d0.d[n] + d1.d[n]);
-        torque = torque + second[n] * cross(mean, w);
-        turn.add(second[n] * d1.d[n], all(0.5) * w - all(per) * mean);
-      }
-      torque = torque + cross(mean_arm, impulse);
-    } else {
-      const Vec<Four> v = way + way - s.v;
-      const Vec<Four> g{all(in.gravity[0]), all(in.gravity[1]), all(in.gravity[2])};
-      const Four fall = all(2 * h) * num<Four>(c, kGravityScale) * dot(g, way);
-      impulse = mass * v,
-      weight_ += mask(i, p.count) * mass * root(dot(g, g) * (dot(arm, arm) + half / mass));
-      due_ += mask(i, p.count) * mass * (dot(s.v, s.v) + fall);
-      work_ += mask(i, p.count) * mass * size_of(fall);
-      const Vec<Four> turned = vec<Four>(column(p.memory, kMemoryRows, i), kTurned);
-      const Four turned2 = mask(i, p.count) * dot(turned, turned);
-      turned2_ = choose(turned2 > turned2_, turned2, turned2_);
-      if (p.forces) {
-        const double* f = column(p.forces, 6, i);
-        const Four by_force = all(2 * h) * mass * dot(vec<Four>(f, 0), way);
-        const Four pushed = by_force + all(2) * dot(vec<Four>(f, 3), turned);
-        due_ += mask(i, p.count) * pushed, work_ += mask(i, p.count) * size_of(pushed);
-      }
-      turn.add(arm, all(-1) * (mass * arm));
-      for (int n = 0; n < 3; ++n) {
-        const Vec<Four> before = cross(s.w, d0.d[n]);
-        const Vec<Four> w = all(2 * per) * (d1.d[n] - d0.d[n]) - before;
-        torque = torque - second[n] * cross(d1.d[n], w);
-        due_ += mask(i, p.count) * second[n] * dot(before, before);
-        turn.add(second[n] * d1.d[n], all(-1) * d1.d[n]);
-      }
-      torque = torque - cross(arm, impulse);
-    }
-    put(k, kImpulse, impulse), put(k, kTorqueImpulse, torque);
-    turn.put_crossed(k, kTurn);
+  bool any_solved() const {
+    for (const Course& c : course)
+      if (c.solved) return true;
+    return false;
   }
-  template <Unknown unknown>
-  void fill_all() {
-    held_ = in.ways;
-    for (std::size_t i = 0; i < p.count; i += kLanes) fill<unknown>(i);
-  }
-
-  /// Leaves to roots. The impulses at the joints go to the memory.
-  template <Unknown unknown>
-  void inward() const {
-    if (in.joints) return in.joints->inward(in.joints->context, unknown);
-    if (p.is_chain && !in.ties) {
-      Rows mass{};
-      Vec<double> impulse{0, 0, 0};
-      for (std::size_t i = p.count; i-- > 0;) {
-        ConservingBlock b = nothing();
-        add_own<unknown>(p, per, i, b);
-        if (i + 1 < p.count) add_child<unknown>(b, mass, impulse, column(p.work, kWorkRows, i + 1));
-        impulse = b.impulse;
-        if (unknown == Unknown::displacement) settle(i, b);
-        mass = eliminate(b, {b.tt.x, b.tt.y, b.tt.z}, p.nodes + kNodeSize * i);
-      }
-      return;
-    }
-    for (std::size_t i = 0; i < p.count; ++i) put_block(i, nothing());
-    for (std::size_t i = p.count; i-- > 0;) {
-      ConservingBlock b = block_at(i);
-      add_own<unknown>(p, per, i, b);
-      if (unknown == Unknown::displacement && in.ties) add_ties(b, in.ties->blocks + kTieBlock * i);
-      if (unknown == Unknown::displacement) settle(i, b);
-      const Inverse inverse(b.tt.x, b.tt.y, b.tt.z);
-      if (in.ties) keep_factor(b, inverse, in.ties->factors + kTieFactor * i);
-      const Rows mass = eliminate(b, inverse, p.nodes + kNodeSize * i);
-      if (p.parents[i] < 0) continue;
-      const auto parent = static_cast<std::size_t>(p.parents[i]);
-      ConservingBlock of_parent = block_at(parent);
-      add_child<unknown>(of_parent, mass, b.impulse, column(p.work, kWorkRows, i));
-      put_block(parent, of_parent);
-    }
-  }
-  /// Of a body whose children are all added.
-  INLINE void settle(std::size_t i, ConservingBlock& b) const {
-    double* m = column(p.memory, kMemoryRows, i);
-    put(m, kLambda, b.impulse);
-    turn_axes(b, vec<double>(m, kTurned));
-  }
-  INLINE ConservingBlock block_at(std::size_t i) const {
-    const double* b = in.blocks + kConservingBlock * i;
-    return {Rows::from(b),      Rows::from(b + 12),    Rows::from(b + 24),
-            Rows::from(b + 36), {b[48], b[49], b[50]}, {b[51], b[52], b[53]}};
-  }
-  INLINE void put_block(std::size_t i, const ConservingBlock& b) const {
-    double* to = in.blocks + kConservingBlock * i;
-    b.tt.to(to), b.ty.to(to + 12), b.yt.to(to + 24), b.yy.to(to + 36);
-    to[48] = b.impulse.x, to[49] = b.impulse.y, to[50] = b.impulse.z;
-    to[51] = b.torque.x, to[52] = b.torque.y, to[53] = b.torque.z;
-  }
-
-  /// Displacement, or velocity, of a root's joint point.
-  template <Unknown unknown>
-  INLINE Vec<double> of_root(std::size_t i, const double* held) const {
-    if (p.parents[i] == kHeld)
-      return unknown == Unknown::displacement ? Vec<double>{0, 0, 0}
-                                              : Vec<double>{held[0], held[1], held[2]};
-    const double* g = p.nodes + kNodeSize * i + kArticulatedMass;
-    Vec<double> f{g[3], g[7], g[11]};
-    if (unknown == Unknown::displacement)
-      f = f - vec<double>(column(p.memory, kMemoryRows, i), kLambda);
-    const Inverse mass(load(g), load(g + 4), load(g + 8));
-    return f.x * mass.u + f.y * mass.v + f.z * mass.w;
-  }
-  /// Roots to leaves: the unknowns of body i.
-  template <Unknown unknown>
-  INLINE void outward(std::size_t i, const double*& held) {
-    double* m = column(p.memory, kMemoryRows, i);
-    const double* n = p.nodes + kNodeSize * i;
-    Vec<double> y;
-    const std::int32_t parent = p.parents[i];
-    if (parent < 0) {
-      y = of_root<unknown>(i, held);
-      held += 3;
-    } else {
-      const double* o = column(p.memory, kMemoryRows, static_cast<std::size_t>(parent));
-      y = vec<double>(o, kMove) +
-          cross(vec<double>(o, kTurnBy), vec<double>(column(p.work, kWorkRows, i), kEndReach));
-    }
-    const Vec<double> t{n[3] - (n[0] * y.x + n[1] * y.y + n[2] * y.z),
-                        n[7] - (n[4] * y.x + n[5] * y.y + n[6] * y.z),
-                        n[11] - (n[8] * y.x + n[9] * y.y + n[10] * y.z)};
-    put(m, kMove, y), put(m, kTurnBy, t);
-    put_impulse(m, n, y, unknown == Unknown::displacement ? 1.0 : 0.5);
-  }
-  /// The impulse over half the step after this iteration, or with that of the projection.
-  static INLINE void put_impulse(double* m, const double* n, Vec<double> y, double share) {
-    const double* g = n + kArticulatedMass;
-    put(m, kLambda,
-        vec<double>(m, kLambda) +
-            share * Vec<double>{(g[0] * y.x + g[1] * y.y + g[2] * y.z) - g[3],
-                                (g[4] * y.x + g[5] * y.y + g[6] * y.z) - g[7],
-                                (g[8] * y.x + g[9] * y.y + g[10] * y.z) - g[11]});
+  enum class End : bool { failed, solved };
+  void stop(int island, End end) {
+    course[island].runs = false, course[island].solved = end == End::solved;
+    lanes.stop(island);
   }
 
   /// One Newton iteration: eliminates, rotates, and fills for what comes next.
-  bool iterate() {
-    if (in.ties) in.ties->load(in.ties->context);
-    inward<Unknown::displacement>();
-    const double* held = in.ways;
-    Four most = all(0), probe = all(0);
-    if (in.joints) in.joints->outward(in.joints->context, Unknown::displacement);
-    for (std::size_t i = 0; !in.joints && i < p.count; ++i) outward<Unknown::displacement>(i, held);
-    if (in.ties && !in.ties->correct(in.ties->context)) return false;
-    for (std::size_t i = 0; i < p.count; i += kLanes) {
-      double* k = column(p.work, kWorkRows, i);
-      Vec<Four> t = vec<Four>(column(p.memory, kMemoryRows, i), kTurnBy);
-      const Four t2 = mask(i, p.count) * dot(t, t);
-      most = choose(t2 > most, t2, most), probe += t2;
+  void iterate() {
+    if (lanes.has_ties()) lanes.load_ties();
+    this->template inward<Unknown::displacement>();
+    const double* held = lanes.ways();
+    if constexpr (Lanes::kHooks)
+      if (in.joints) in.joints->outward(in.joints->context, Unknown::displacement);
+    for (std::size_t i = 0; !in.joints && i < count(); ++i)
+      this->template outward<Unknown::displacement>(i, held);
+    bool fails[Lanes::kIslands] = {};
+    if (lanes.has_ties()) lanes.correct_ties(fails);
+    for_each_island([&](Course& c, int l) {
+      if (c.runs && fails[l]) stop(l, End::failed);
+    });
+    Four most = all(0);
+    typename Lanes::Sum probe;
+    for (std::size_t i = 0; i < count(); i += Lanes::kAtOnce) {
+      double* k = work(i);
+      Vec<Four> t = vec<Four>(memory(i), kTurnBy);
+      const Four t2 = lanes.mask_of(i) * dot(t, t);
+      most = choose(t2 > most, t2, most), probe.add(i, t2);
       t = choose(t2 > 1.0, 1.0 / root(t2), all(1.0)) * t;
+      const Qua<Four> before = qua<Four>(k, kEndRotation);
       put(k, kEndRotation,
-          unit(
-              mul(Qua<Four>{0.5 * t.x, 0.5 * t.y, 0.5 * t.z, all(1)}, qua<Four>(k, kEndRotation))));
+          lanes.running(unit(mul(Qua<Four>{0.5 * t.x, 0.5 * t.y, 0.5 * t.z, all(1)}, before)),
+                        before));
     }
-    largest2 = sum(probe) < HUGE_VAL ? largest(most) : HUGE_VAL;
-    return largest2 < 1e6;
+    const N sums = probe.total(), largests = Lanes::largest_of(most);
+    for_each_island([&](Course& c, int l) {
+      if (!c.runs) return;
+      c.largest2 = Lanes::of_island(sums, l) < HUGE_VAL ? Lanes::of_island(largests, l) : HUGE_VAL;
+      if (!(c.largest2 < 1e6)) stop(l, End::failed);
+    });
   }
 
-  /// Newton iterations; false if they do not converge.
-  bool solve() {
-    for (std::size_t i = 0; i < p.count; i += kLanes) guess(i);
-    if (!(sum(probe_) < HUGE_VAL)) return false;
-    fill_all<Unknown::displacement>();
-    for (int n = 0; n < in.most_iterations; ++n) {
-      const double before2 = largest2;
-      if (!iterate()) return false;
-      const bool near = largest2 < in.enough * in.enough ||
-                        (n > 0 && largest2 < in.enough_next * ::sqrt(before2));
+  /// Newton iterations of all islands that can be solved.
+  void solve() {
+    for (std::size_t i = 0; i < count(); i += Lanes::kAtOnce) this->guess(i);
+    const N found = probe_.total();
+    for_each_island([&](Course&, int l) {
+      if (!(Lanes::of_island(found, l) < HUGE_VAL)) stop(l, End::failed);
+    });
+    this->template fill_all<Unknown::displacement>();
+    for (int n = 0; n < in.most_iterations && any_runs(); ++n) {
+      double before2[Lanes::kIslands];
+      bool near[Lanes::kIslands] = {};
+      for_each_island([&](Course& c, int l) { before2[l] = c.largest2; });
+      iterate();
+      for_each_island([&](Course& c, int l) {
+        const ConservingInput& own = lanes.input(l);
+        near[l] = c.runs && (c.largest2 < own.enough * own.enough ||
+                             (n > 0 && c.largest2 < own.enough_next * ::sqrt(before2[l])));
+      });
       move_roots();
-      if (near && !in.ties) return true;
-      fill_all<Unknown::displacement>();
-      if (near && in.ties->settled(in.ties->context)) return true;
+      for_each_island([&](Course&, int l) {
+        if (near[l] && !lanes.has_ties()) stop(l, End::solved);
+      });
+      if (!any_runs()) break;
+      this->template fill_all<Unknown::displacement>();
+      if (lanes.has_ties()) lanes.settle_ties(near);
+      for_each_island([&](Course&, int l) {
+        if (near[l]) stop(l, End::solved);
+      });
     }
-    return false;
+    for_each_island([&](Course& c, int l) {
+      if (c.runs) stop(l, End::failed);
+    });
   }
   /// Free roots move by what was found.
   void move_roots() {
-    for (std::size_t i = 0; i < p.count; ++i)
-      if (p.parents[i] == kFree) {
-        double* k = column(p.work, kWorkRows, i);
-        put(k, kJointWay,
-            vec<double>(k, kJointWay) + vec<double>(column(p.memory, kMemoryRows, i), kMove));
+    for (std::size_t i = 0; i < count(); ++i)
+      if (parent(i) == kFree) {
+        double* k = work(i);
+        const Vec<N> before = vec<N>(k, kJointWay);
+        put(k, kJointWay, lanes.running(before + vec<N>(memory(i), kMove), before));
       }
   }
 
   /// A free tree gets the momentum that it must have, to the last digit: what the iterations left
   /// is the same velocity for all its bodies.
   void balance(std::size_t first, std::size_t last) {
-    Vec<double> lacks{0, 0, 0};
-    double mass = 0;
+    Vec<N> lacks{N{}, N{}, N{}};
+    N mass{};
     for (std::size_t i = first; i < last; ++i) {
-      const double* c = column(p.constants, kConstantRows, i);
-      const double* b = p.bodies + p.slots[i] * p.layout.stride + p.layout.velocity;
-      const double keep = ::exp(-0.5 * h * num<double>(c, kDrag)), m = num<double>(c, kMass);
-      const double weight = h * num<double>(c, kGravityScale);
-      Vec<double> v{keep * b[0] + weight * in.gravity[0], keep * b[1] + weight * in.gravity[1],
-                    keep * b[2] + weight * in.gravity[2]};
-      if (p.forces) v = v + h * vec<double>(column(p.forces, 6, i), 0);
-      lacks = lacks + (m * v - vec<double>(column(p.work, kWorkRows, i), kImpulse));
+      const double* c = constants(i);
+      const N m = num<N>(c, kMass), weight = h * num<N>(c, kGravityScale);
+      Vec<N> v = lanes.velocity(i);
+      v = v + Vec<N>{weight * in.gravity[0], weight * in.gravity[1], weight * in.gravity[2]};
+      if (const double* f = lanes.forces(i)) v = v + h * vec<N>(f, 0);
+      lacks = lacks + (m * v - vec<N>(work(i), kImpulse));
       mass += m;
     }
-    const Vec<double> change = (1 / mass) * lacks;
+    const Vec<N> change = (lanes.inner_ties() / mass) * lacks;
     for (std::size_t i = first; i < last; ++i) {
-      double* k = column(p.work, kWorkRows, i);
-      const Vec<double> gain = num<double>(column(p.constants, kConstantRows, i), kMass) * change;
-      put(k, kImpulse, vec<double>(k, kImpulse) + gain);
-      put(k, kTorqueImpulse, vec<double>(k, kTorqueImpulse) - cross(vec<double>(k, kEndArm), gain));
-      if (i == first) put(k, kJointWay, vec<double>(k, kJointWay) + (0.5 * h) * change);
+      double* k = work(i);
+      const Vec<N> gain = num<N>(constants(i), kMass) * change;
+      put(k, kImpulse, vec<N>(k, kImpulse) + gain);
+      put(k, kTorqueImpulse, vec<N>(k, kTorqueImpulse) - cross(vec<N>(k, kEndArm), gain));
+      if (i == first) put(k, kJointWay, vec<N>(k, kJointWay) + (0.5 * h) * change);
     }
   }
-
-  /// Twice the work at the anchors of the roots, J: by their impulses over `ways`, m, or at the
-  /// velocities at the end, m/s.
-  double anchor_work(const double* moved, double share) const {
-    double work = 0;
-    for (std::size_t i = 0; i < p.count; ++i) {
-      if (p.parents[i] >= 0) continue;
-      const Vec<double> way{moved[0], moved[1], moved[2]};
-      if (p.parents[i] == kHeld)
-        work += share * dot(vec<double>(column(p.memory, kMemoryRows, i), kLambda), way);
-      moved += 3;
-    }
-    return work;
-  }
-
-  /// Velocities at the end, and everything written back; false, and nothing written, where energy
-  /// came from nowhere, or a body turned about half around: the iterations then ended at no
-  /// solution, or at a spurious one.
-  bool finish() {
-    double released = 0;
-    if (in.joints) in.joints->align(in.joints->context);
-    fill_all<Unknown::velocity>();
-    if (in.divisible && largest(turned2_) > kMostTurned * kMostTurned) return false;
-    if (in.ties && !in.ties->accept(in.ties->context, released)) return false;
-    const bool keeps = !(in.joints && !in.joints->add_work(in.joints->context, released));
-    bool still = keeps && in.still;
-    const bool known = keeps && in.knows_work;
-    const double by_ways = anchor_work(in.ways, 4 * per);
-    const double at_end = anchor_work(in.anchor_velocities, 4);
-    for (std::size_t first = 0, last = 0; first < p.count; first = last) {
+  void balance_free_trees() {
+    for (std::size_t first = 0, last = 0; first < count(); first = last) {
       last = first + 1;
-      while (last < p.count && p.parents[last] >= 0) ++last;
-      if (p.parents[first] == kFree && (!in.ties || *in.ties->inner)) balance(first, last);
+      while (last < count() && parent(last) >= 0) ++last;
+      if (parent(first) == kFree) balance(first, last);
     }
-    inward<Unknown::velocity>();
-    if (in.joints) in.joints->outward(in.joints->context, Unknown::velocity);
-    const double *held = in.anchor_velocities, *target = in.targets;
-    Four kept = all(0);
-    for (std::size_t i = 0; i < p.count; i += kLanes) {
-      const std::size_t lanes = p.count - i < kLanes ? p.count - i : kLanes;
-      for (std::size_t l = 0; l < lanes; ++l) {
-        if (!in.joints) outward<Unknown::velocity>(i + l, held);
-        put_joint(i + l, target);
-      }
+  }
+
+  /// Twice the work at the anchors of the roots, J: by their impulses over `moved`, m, or at the
+  /// velocities at the end, m/s.
+  N anchor_work(const double* moved, N share) const {
+    N sum{};
+    for (std::size_t i = 0; i < count(); ++i) {
+      if (parent(i) >= 0) continue;
+      if (parent(i) == kHeld) sum += share * dot(vec<N>(memory(i), kLambda), get_vec<N>(moved, 0));
+      moved += 3 * kWide;
     }
-    if (in.ties && !in.ties->project(in.ties->context)) return false;
-    const bool struck = in.ties && *in.ties->struck;  // a blow takes energy, it gives none
-    still = still && !struck;
-    for (std::size_t i = 0; known && i < p.count; i += kLanes) kept += twice_kinetic(i);
-    // The projection takes energy of the second order in the step. Below an anchor that stands
-    // still velocities are scaled to the energy that is due, at most by a tenth: beyond that
-    // the step does not resolve the motion, and shorter ones are tried. The projection impulses
-    // do no more work at anchors than at the velocities that these have at the end.
-    if (known) {
-      const double by_anchors = by_ways + anchor_work(in.anchor_velocities, 4) - at_end;
-      const double by_places = in.ties ? 2 * *in.ties->place_work : 0;
-      const double due = sum(due_) + 2 * released + by_anchors + by_places, found = sum(kept);
-      const double rounding =
-          still ? 0 : 1e-3 * (sum(work_) + ::fabs(by_anchors) + ::fabs(by_places));
-      const bool moves =
-          found > 1e-10 * sum(weight_);  // beyond rounding errors of the weight's work
-      if (moves && !(due + rounding >= 0.99 * found)) return false;
-      if (moves && !struck && due > in.most_due * found) return false;
-      if (moves && still) factor_ = due < 1.2 * found ? ::sqrt(due / found) : ::sqrt(1.2);
+    return sum;
+  }
+
+  /// What the iterations found is refused where a body turned about half around, since they then
+  /// ended at no solution, or at a spurious one, and where ties do not accept it.
+  void refuse() {
+    const N turned2 = Lanes::largest_of(turned2_);
+    for_each_island([&](Course& c, int l) {
+      if (!c.solved) return;
+      if (lanes.input(l).divisible && Lanes::of_island(turned2, l) > kMostTurned * kMostTurned)
+        c.solved = false;
+      else if (lanes.has_ties() && !lanes.accept_ties(l, c.released))
+        c.solved = false;
+      if constexpr (Lanes::kHooks)
+        if (c.solved && in.joints) c.keeps = in.joints->add_work(in.joints->context, c.released);
+    });
+  }
+
+  /// Velocities at the end.
+  void project() {
+    balance_free_trees();
+    this->template inward<Unknown::velocity>();
+    if constexpr (Lanes::kHooks)
+      if (in.joints) in.joints->outward(in.joints->context, Unknown::velocity);
+    const double *held = lanes.anchor_velocities(), *target = lanes.targets();
+    for (std::size_t i = 0; i < count(); ++i) {
+      if (!in.joints) this->template outward<Unknown::velocity>(i, held);
+      put_joint(i, target);
     }
-    for (std::size_t i = 0; i < p.count; i += kLanes)
-      write_back(i, p.count - i < kLanes ? p.count - i : kLanes);
+    bool wanted[Lanes::kIslands], fails[Lanes::kIslands] = {};
+    for_each_island([&](Course& c, int l) { wanted[l] = c.solved; });
+    if (lanes.has_ties()) lanes.project_ties(wanted, fails);
+    for_each_island([&](Course& c, int l) { c.solved = c.solved && !fails[l]; });
+  }
+
+  /// Twice the energies of an island, J.
+  struct Energies {
+    double due, found, works, weight;
+    double by_anchors;
+  };
+  /// Whether energy came from nowhere; else the factor of the velocities. The projection takes
+  /// energy of the second order in the step. Below an anchor that stands still velocities are
+  /// scaled to the energy that is due, at most by a tenth: beyond that the step does not resolve
+  /// the motion, and shorter ones are tried. The projection impulses do no more work at anchors
+  /// than at the velocities that these have at the end.
+  bool scales(const Course& c, int l, Energies e, double& factor) const {
+    const ConservingInput& own = lanes.input(l);
+    if (!(c.keeps && own.knows_work)) return true;
+    const bool struck = lanes.is_struck(l);  // a blow takes energy, it gives none
+    const bool still = own.still && !struck;
+    const double by_places = 2 * lanes.place_work(l);
+    const double due = e.due + 2 * c.released + e.by_anchors + by_places;
+    const double rounding = still ? 0 : 1e-3 * (e.works + ::fabs(e.by_anchors) + ::fabs(by_places));
+    // Beyond rounding errors of the weight's work.
+    const bool moves = e.found > 1e-10 * e.weight;
+    if (moves && !(due + rounding >= 0.99 * e.found)) return false;
+    if (moves && !struck && due > own.most_due * e.found) return false;
+    if (moves && still) factor = due < 1.2 * e.found ? ::sqrt(due / e.found) : ::sqrt(1.2);
     return true;
+  }
+
+  /// Everything written back of the islands whose step is taken, and nothing of the others.
+  void finish() {
+    if constexpr (Lanes::kHooks)
+      if (in.joints) in.joints->align(in.joints->context);
+    this->template fill_all<Unknown::velocity>();
+    refuse();
+    if (!any_solved()) return;
+    const N by_ways = anchor_work(lanes.ways(), 4.0 * per);
+    const N at_end = anchor_work(lanes.anchor_velocities(), N{} + 4.0);
+    project();
+    typename Lanes::Sum kept;
+    for (std::size_t i = 0; i < count(); i += Lanes::kAtOnce) kept.add(i, twice_kinetic(i));
+    const N by_anchors = by_ways + anchor_work(lanes.anchor_velocities(), N{} + 4.0) - at_end;
+    const N due = due_.total(), found = kept.total(), works = work_.total(),
+            weight = weight_.total();
+    const auto of = [](N x, int l) { return Lanes::of_island(x, l); };
+    double factors[Lanes::kIslands];
+    for_each_island([&](Course& c, int l) {
+      factors[l] = 1;
+      const Energies e{of(due, l), of(found, l), of(works, l), of(weight, l), of(by_anchors, l)};
+      c.solved = c.solved && scales(c, l, e, factors[l]);
+      lanes.set_outcome(l, c.solved ? LaneOutcome::taken : LaneOutcome::refused);
+    });
+    if (!lanes.any_taken()) return;
+    const Four factor = Lanes::factors_of(factors);
+    for (std::size_t i = 0; i < count(); i += Lanes::kAtOnce) write_back(i, factor);
   }
   /// Twice the kinetic energy of a block by its projected velocities, J.
   INLINE Four twice_kinetic(std::size_t i) const {
-    const double* k = column(p.work, kWorkRows, i);
-    const double* c = column(p.constants, kConstantRows, i);
-    const double* m = column(p.memory, kMemoryRows, i);
+    const double* k = work(i);
+    const double* c = constants(i);
+    const double* m = memory(i);
     const Vec<Four> w = vec<Four>(m, kTurnBy);
     const Vec<Four> v = vec<Four>(m, kMove) + cross(w, vec<Four>(k, kEndArm));
     const Vec<Four> l = times_inertia(qua<Four>(k, kEndRotation), vec<Four>(c, kInertia), w);
-    return mask(i, p.count) * (num<Four>(c, kMass) * dot(v, v) + dot(l, w));
+    return lanes.mask_of(i) * (num<Four>(c, kMass) * dot(v, v) + dot(l, w));
   }
   /// Position of the joint of body i at the end.
   INLINE void put_joint(std::size_t i, const double*& target) const {
-    double* k = column(p.work, kWorkRows, i);
-    const std::int32_t parent = p.parents[i];
-    Vec<double> joint;
-    if (parent >= 0) {
-      const double* o = column(p.work, kWorkRows, static_cast<std::size_t>(parent));
-      joint = vec<double>(o, kEndJoint) + vec<double>(k, kEndReach);
-    } else if (parent == kHeld) {
-      joint = {target[0], target[1], target[2]};
-    } else {
-      const double* b = p.bodies + p.slots[i] * p.layout.stride + p.layout.position;
-      const Vec<double> arm_before = 2.0 * vec<double>(k, kMeanArm) - vec<double>(k, kEndArm);
-      joint = Vec<double>{b[0], b[1], b[2]} - arm_before + vec<double>(k, kJointWay);
-    }
-    if (parent < 0) target += 3;
+    double* k = work(i);
+    Vec<N> joint;
+    if (parent(i) >= 0)
+      joint = vec<N>(work(static_cast<std::size_t>(parent(i))), kEndJoint) + vec<N>(k, kEndReach);
+    else if (parent(i) == kHeld)
+      joint = get_vec<N>(target, 0);
+    else
+      joint = lanes.position(i) - (2.0 * vec<N>(k, kMeanArm) - vec<N>(k, kEndArm)) +
+              vec<N>(k, kJointWay);
+    if (parent(i) < 0) target += 3 * kWide;
     put(k, kEndJoint, joint);
   }
-  INLINE void write_back(std::size_t i, std::size_t lanes) {
-    const double* k = column(p.work, kWorkRows, i);
-    double* m = column(p.memory, kMemoryRows, i);
-    const FourBodies bodies(p, i);
-    const Four keep = damping.of(num<Four>(column(p.constants, kConstantRows, i), kDrag));
+  INLINE void write_back(std::size_t i, Four factor) {
+    const double* k = work(i);
+    double* m = memory(i);
+    const BodyLayout& at = lanes.p.layout;
+    const Four keep = lanes.half_drag(i);
     const Vec<Four> x = vec<Four>(k, kEndJoint) + vec<Four>(k, kEndArm);
     const Qua<Four> q = qua<Four>(k, kEndRotation);
-    const Vec<Four> w = all(factor_) * vec<Four>(m, kTurnBy);
-    const Vec<Four> v =
-        keep * (all(factor_) * vec<Four>(m, kMove) + cross(w, vec<Four>(k, kEndArm)));
+    const Vec<Four> w = factor * vec<Four>(m, kTurnBy);
+    const Vec<Four> v = keep * (factor * vec<Four>(m, kMove) + cross(w, vec<Four>(k, kEndArm)));
     const Vec<Four> turned = vec<Four>(m, kTurned);  // by 2 atan(t / 2) = t - t^3 / 12 + t^5 / 80
     const Four t2 = dot(turned, turned);
     put(m, kLastRotation, (1.0 - t2 * (1.0 / 12) + t2 * t2 * (1.0 / 80)) * turned);
-    put(m, kLastTranslation, x - bodies.vec(p.layout.position));
-    put(m, kLambda, all(2 * h) * vec<Four>(m, kLambda));
-    bodies.set(p.layout.position, x, lanes);
-    bodies.set(p.layout.rotation, Vec<Four>{q.x, q.y, q.z}, lanes);
-    bodies.set(p.layout.rotation + 3, q.w, lanes);
-    bodies.set(p.layout.velocity, v, lanes);
-    bodies.set(p.layout.angular_velocity, keep * w, lanes);
+    put(m, kLastTranslation, x - lanes.start(i).x);
+    put(m, kLambda, (2.0 * h4) * vec<Four>(m, kLambda));
+    lanes.set_bodies(i, at.position, x);
+    lanes.set_bodies(i, at.rotation, Vec<Four>{q.x, q.y, q.z});
+    lanes.set_bodies(i, at.rotation + 3, q.w);
+    lanes.set_bodies(i, at.velocity, v);
+    lanes.set_bodies(i, at.angular_velocity, keep * w);
   }
-
-  Four due_ = all(0);      // twice the kinetic energy that the bodies must have at the end, J
-  Four work_ = all(0);     // J: sizes of the works in it
-  Four turned2_ = all(0);  // square of the largest rotation over the step, by Cayley's vector
-  Four weight_ = all(0);   // J: scale of the work that the weight can do
-  double factor_ = 1;      // of the velocities after it
-  Four probe_ = all(0);    // finite where all positions are
-  const double* held_ = nullptr;  // of the next root: displacement of its anchor
 };
 
+template <class Lanes>
+void conserve_by(Lanes& lanes, const ConservingInput& in) {
+  ConservingStep<Lanes> step(lanes, in);
+  step.solve();
+  if (step.any_solved()) step.finish();
+}
+
 bool conserve(const IslandView& p, const ConservingInput& in) {
-  ConservingStep step{p, in};
-  const bool solved = step.solve() && step.finish();
+  BodyLanes lanes(p, in);
+  conserve_by(lanes, in);
   // The other passes expect an identity there.
   for (std::size_t i = p.count; i % kLanes != 0; ++i)
     put(column(p.work, kWorkRows, i), kAppliedRotation, Qua<double>{0, 0, 0, 1});
-  return solved;
+  return lanes.any_taken();
 }
 
 }  // namespace

@@ -2,22 +2,16 @@
 /// Adjust stage, inward pass: from the leaves to the root every body is eliminated, which leaves
 /// the articulated mass and the bias at its joint.
 #include "engine/solvers/articulated/kernels/geometry.hpp"
+#include "engine/solvers/articulated/kernels/rows.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
-
-/// Three rows of a 3x3 matrix, each followed by the component of a vector.
-struct Rows {
-  Four x, y, z;
-  INLINE static Rows from(const double* p) { return {load(p), load(p + 4), load(p + 8)}; }
-  INLINE void to(double* p) const { store(p, x), store(p + 4, y), store(p + 8, z); }
-};
 
 /// The block of a body with its outboard subtree, before its rotation is eliminated: A_tt, A_ty |
 /// g_t and A_yy | g_y.
 struct Block {
   Sym<double> tt;
-  Rows ty, yy;
+  Rows<double> ty, yy;
 };
 
 INLINE Four with_last(Four v, double last) {
@@ -26,7 +20,8 @@ INLINE Four with_last(Four v, double last) {
 }
 
 /// Adds a child, given as articulated mass | bias at its joint, to the block of its parent.
-INLINE void add_child(Block& b, const Rows& mass_and_bias, Vec<double> gap, Vec<double> rho) {
+INLINE void add_child(Block& b, const Rows<double>& mass_and_bias, Vec<double> gap,
+                      Vec<double> rho) {
   // Bias after the gap is closed: g - M s.
   const Four ms = gap.x * mass_and_bias.x + gap.y * mass_and_bias.y + gap.z * mass_and_bias.z;
   const Four fx = with_last(mass_and_bias.x, mass_and_bias.x[3] - ms[0]);
@@ -54,7 +49,7 @@ INLINE Block own_block(const double* c, const double* k) {
 
 /// Eliminates the rotation of a body: articulated mass and bias at its joint, and its response.
 /// Pivot by pivot, since the next body depends on the articulated mass only.
-INLINE Rows eliminate(const Block& b, double* node) {
+INLINE Rows<double> eliminate(const Block& b, double* node) {
   const double floor = 4 * 2.220446049250313e-16 * (b.tt.xx + b.tt.yy + b.tt.zz);
   const double d0 = b.tt.xx, i0 = 1 / (d0 > floor ? d0 : floor);
   const double l01 = b.tt.xy * i0, l02 = b.tt.xz * i0;
@@ -69,25 +64,25 @@ INLINE Rows eliminate(const Block& b, double* node) {
 
   const double i2 = 1 / (d2 > floor ? d2 : floor);
   const Four m2 = i2 * r2;
-  const Rows mass_and_bias{((b.yy.x - m0[0] * r0) - m1[0] * r1) - m2[0] * r2,
-                           ((b.yy.y - m0[1] * r0) - m1[1] * r1) - m2[1] * r2,
-                           ((b.yy.z - m0[2] * r0) - m1[2] * r1) - m2[2] * r2};
-  mass_and_bias.to(node + kArticulatedMass);
+  const Rows<double> mass_and_bias{((b.yy.x - m0[0] * r0) - m1[0] * r1) - m2[0] * r2,
+                                   ((b.yy.y - m0[1] * r0) - m1[1] * r1) - m2[1] * r2,
+                                   ((b.yy.z - m0[2] * r0) - m1[2] * r1) - m2[2] * r2};
+  mass_and_bias.to(node, kArticulatedMass);
   // Back substitution: rows of the response, each followed by the bias.
   const Four a1 = m1 - l12 * m2;
-  Rows{(m0 - l01 * a1) - l02 * m2, a1, m2}.to(node + kResponse);
+  Rows<double>{(m0 - l01 * a1) - l02 * m2, a1, m2}.to(node, kResponse);
   return mass_and_bias;
 }
 
 INLINE void put_block(double* at, const Block& b) {
   at[0] = b.tt.xx, at[1] = b.tt.xy, at[2] = b.tt.xz, at[3] = b.tt.yy, at[4] = b.tt.yz;
   at[5] = b.tt.zz;
-  b.ty.to(at + kRotationTranslation), b.yy.to(at + kTranslationTranslation);
+  b.ty.to(at, kRotationTranslation), b.yy.to(at, kTranslationTranslation);
 }
 INLINE Block block_at(const double* at) {
   return {{at[0], at[1], at[2], at[3], at[4], at[5]},
-          Rows::from(at + kRotationTranslation),
-          Rows::from(at + kTranslationTranslation)};
+          Rows<double>::from(at, kRotationTranslation),
+          Rows<double>::from(at, kTranslationTranslation)};
 }
 
 void fill_blocks(const IslandView& p, double* blocks) {
@@ -100,7 +95,7 @@ void fill_blocks(const IslandView& p, double* blocks) {
 void inward_pass(const IslandView& p, double* blocks) {
   for (std::size_t i = p.count; i-- > 0;) {
     const double* k = column(p.work, kWorkRows, i);
-    const Rows mass_and_bias =
+    const Rows<double> mass_and_bias =
         eliminate(block_at(blocks + kBlockSize * i), p.nodes + kNodeSize * i);
     if (p.parents[i] < 0) continue;
     const auto parent = static_cast<std::size_t>(p.parents[i]);

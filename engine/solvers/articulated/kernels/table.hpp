@@ -14,6 +14,15 @@ INLINE const double* column(const double* table, std::size_t rows, std::size_t i
   return table + i / kLanes * rows * kLanes + i % kLanes;
 }
 
+/// Children of a body, one after the other.
+INLINE std::uint32_t first_child_of(const IslandView& p, std::size_t i) {
+  if (!p.is_chain) return p.children[i].first;
+  return i + 1 < p.count ? static_cast<std::uint32_t>(i + 1) : kNoChild;
+}
+INLINE std::uint32_t sibling_of(const IslandView& p, std::size_t i) {
+  return p.is_chain ? kNoChild : p.children[i].sibling;
+}
+
 template <class T>
 T read(const double* p);
 template <>

@@ -54,6 +54,7 @@ template <class T>
 INLINE Vec<T> operator*(T s, Vec<T> a) {
   return {s * a.x, s * a.y, s * a.z};
 }
+INLINE Vec<Four> operator*(double s, Vec<Four> a) { return {s * a.x, s * a.y, s * a.z}; }
 template <class T>
 INLINE T dot(Vec<T> a, Vec<T> b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
@@ -89,10 +90,22 @@ INLINE Qua<Four> scaled(Four s, Qua<Four> q) { return {s * q.x, s * q.y, s * q.z
 INLINE Qua<Four> unit(Qua<Four> q) { return scaled(1.0 / root(norm2(q)), q); }
 /// The same for a quaternion that is normalised up to rounding: no root, no division.
 INLINE Qua<Four> unit_again(Qua<Four> q) {
-  const Four off = norm2(q) - 1.0;
-  if (any_not_below(off * off, 1e-12)) return unit(q);
-  return scaled((0.375 * off - 0.5) * off + 1.0, q);
+  const Four off = norm2(q) - 1.0, nearly = (0.375 * off - 0.5) * off + 1.0;
+  if (!any_not_below(off * off, 1e-12)) return scaled(nearly, q);
+  return scaled(choose(off * off < 1e-12, nearly, 1.0 / root(norm2(q))), q);
 }
+
+template <class Mask>
+INLINE Vec<Four> chosen(Mask mask, Vec<Four> yes, Vec<Four> no) {
+  return {choose(mask, yes.x, no.x), choose(mask, yes.y, no.y), choose(mask, yes.z, no.z)};
+}
+template <class Mask>
+INLINE Qua<Four> chosen(Mask mask, Qua<Four> yes, Qua<Four> no) {
+  return {choose(mask, yes.x, no.x), choose(mask, yes.y, no.y), choose(mask, yes.z, no.z),
+          choose(mask, yes.w, no.w)};
+}
+
+// What follows depends in each lane on that lane only, whichever way the others take.
 
 /// cos(a/2) and sin(a/2)/(a/2) of four angles up to 1 rad, from t = (a/2)^2. Taylor series, in
 /// pairs so that the additions do not wait for one another.
@@ -113,27 +126,24 @@ INLINE Four sine_part_of(Four t) {
 /// up to 8 rad, by the library beyond.
 INLINE Qua<Four> exponential(Vec<Four> r) {
   const Four t = 0.25 * dot(r, r);
-  if (!any_not_below(t, 0.25)) {
-    const Four s = 0.5 * sine_part_of(t);
-    return {s * r.x, s * r.y, s * r.z, cosine_of(t)};
+  const Four s = 0.5 * sine_part_of(t);
+  const Qua<Four> by_series{s * r.x, s * r.y, s * r.z, cosine_of(t)};
+  if (!any_not_below(t, 0.25)) return by_series;
+  const Four part = (1.0 / 64) * t;
+  const Four eighth = (1.0 / 16) * sine_part_of(part);
+  Qua<Four> q{eighth * r.x, eighth * r.y, eighth * r.z, cosine_of(part)};
+  for (int doubling = 0; doubling < 3; ++doubling) {
+    const Four w = q.w + q.w;
+    q = {w * q.x, w * q.y, w * q.z, w * q.w - 1.0};
   }
-  if (!any_not_below(t, 16.0)) {
-    const Four part = (1.0 / 64) * t;
-    const Four s = (1.0 / 16) * sine_part_of(part);
-    Qua<Four> q{s * r.x, s * r.y, s * r.z, cosine_of(part)};
-    for (int doubling = 0; doubling < 3; ++doubling) {
-      const Four w = q.w + q.w;
-      q = {w * q.x, w * q.y, w * q.z, w * q.w - 1.0};
+  if (any_not_below(t, 16.0)) {
+    for (int l = 0; l < 4; ++l) {
+      if (t[l] < 16.0) continue;
+      const double half = ::sqrt(t[l]), by = 0.5 * ::sin(half) / half;
+      q.x[l] = by * r.x[l], q.y[l] = by * r.y[l], q.z[l] = by * r.z[l], q.w[l] = ::cos(half);
     }
-    return q;
   }
-  Four c, s;
-  for (int l = 0; l < 4; ++l) {
-    const double half = ::sqrt(t[l]);
-    c[l] = ::cos(half);
-    s[l] = half > 1e-8 ? 0.5 * ::sin(half) / half : 0.5;
-  }
-  return {s * r.x, s * r.y, s * r.z, c};
+  return chosen(t < 0.25, by_series, q);
 }
 
 /// A quarter of the angle from its tangent in [0, 1]: atan by the rational approximation of the
@@ -161,19 +171,19 @@ INLINE Four arc_tangent(Four t) {
 INLINE Vec<Four> logarithm(Qua<Four> q) {
   const Four sign = choose(q.w < 0.0, all(-1.0), all(1.0));
   const Four z = q.x * q.x + q.y * q.y + q.z * q.z;
-  Four s;
-  if (!any_not_below(z, 0.04)) {
-    const Four z2 = z * z, z4 = z2 * z2, z8 = z4 * z4;
-    s = ((1.0 + z * (1.0 / 6)) + z2 * (3.0 / 40 + z * (5.0 / 112))) +
-        z4 * ((35.0 / 1152 + z * (63.0 / 2816)) + z2 * (231.0 / 13312 + z * (143.0 / 10240))) +
-        z8 * ((6435.0 / 557056 + z * (12155.0 / 1245184)) + z2 * (46189.0 / 5505024));
-    s = 2.0 * sign * s;
-  } else {
+  const Four z2 = z * z, z4 = z2 * z2, z8 = z4 * z4;
+  const Four series =
+      ((1.0 + z * (1.0 / 6)) + z2 * (3.0 / 40 + z * (5.0 / 112))) +
+      z4 * ((35.0 / 1152 + z * (63.0 / 2816)) + z2 * (231.0 / 13312 + z * (143.0 / 10240))) +
+      z8 * ((6435.0 / 557056 + z * (12155.0 / 1245184)) + z2 * (46189.0 / 5505024));
+  Four s = 2.0 * sign * series;
+  if (any_not_below(z, 0.04)) {
     const Four n = root(z);
     const auto turned = n > all(1e-150);
     const Four some = choose(turned, n, all(1.0));
-    s = choose(turned, 4.0 * arc_tangent(some / (1.0 + sign * q.w)) / some, all(2.0));
-    s = sign * s;
+    const Four by_tangent =
+        choose(turned, 4.0 * arc_tangent(some / (1.0 + sign * q.w)) / some, all(2.0));
+    s = choose(z < 0.04, s, sign * by_tangent);
   }
   return {s * q.x, s * q.y, s * q.z};
 }

@@ -134,84 +134,106 @@ bool conserves(const World& world, const Island& a) {
          (a.joints.empty() || can_limit(world, a)) && (!has_rows(a) || can_tie(world, a));
 }
 
-bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
-  const bool follows = !a.fresh && !a.changed && a.last_step == h;
-  const Real enough =
+PartedStep begin_parts(World& world, Island& a, Real h) {
+  PartedStep s;
+  s.h = h, s.follows = !a.fresh && !a.changed && a.last_step == h;
+  s.enough =
       has_free_tree(a) || has_rows(a) || !a.joints.empty() ? kFreeTurnTolerance : kTurnTolerance;
-  Real left = kParts;
-  bool yields = false, inner = true;
   begin_joints(world, a);
-  const bool closes_gaps = begin_closing(world, a, h);
-  const bool is_tied = has_rows(a) || !a.joints.empty();
+  s.closes_gaps = begin_closing(world, a, h);
+  std::fill(a.scratch.cable_rows.begin(), a.scratch.cable_rows.end(), CableRow::open);
+  s.left = s.bent = kParts;
+  s.longest = s.part = s.usual = first_part(world, a, h);
+  return s;
+}
+
+ConservingInput begin_part(World& world, Island& a, PartedStep& s) {
+  PANTIN_ASSERT(s.part > 0 && s.part <= s.left);
+  if (s.left - s.part < kLeastRest) s.part = s.left;
+  s.now = {1 - s.left / kParts, s.part < s.left ? 1 - (s.left - s.part) / kParts : 1, s.h,
+           s.yields};
+  set_anchors(world, a, s.now);
+  if (is_tied(a)) begin_ties(world, a, s.now);
+  if (!a.joints.empty())
+    begin_limits(world, a, s.now,
+                 2 * s.attempt < kMostAttempts ? Blows::followed : Blows::within_part);
   const bool hangs = !a.cables.empty() && a.pins.empty() && a.joints.empty();
-  const auto forget_rows = [&] {
+  return {s.h * s.part / kParts,
+          {world.gravity.x, world.gravity.y, world.gravity.z},
+          a.scratch.targets.data(),
+          a.scratch.ways.data(),
+          a.scratch.anchor_velocities.data(),
+          is_tied(a) ? kMostTiedIterations : kMostIterations,
+          std::max(s.enough * std::min(s.part, Real(1)), kLeastTurnTolerance),
+          hangs && !ties_are_inner(a) ? kHangingTurnTolerance : 0,
+          is_still(a),
+          ties_are_closed(a),
+          a.joints.empty() && s.part > kShortestHeld,
+          s.follows && s.part == kParts,
+          nullptr,
+          nullptr,
+          most_due(a, s.part, s.attempt)};
+}
+
+TiedPart tied_part(const PartedStep& s) {
+  return {s.now, s.part, s.attempt < kEndingAttempts, 2 * s.attempt < kMostAttempts};
+}
+
+void end_part(World& world, Island& a, PartedStep& s, const TiedPart& with) {
+  s.bent = with.longest < kParts ? with.longest : s.taken ? 2 * s.bent : s.bent;
+  if (s.taken) {
+    if (is_tied(a)) store_ties(a, s.now);
+    if (!a.joints.empty()) store_joints(world, a, s.now);
+    s.inner = s.inner && with.inner;
+    s.left -= s.part;
+    if (with.struck) s.usual = s.longest;
+    s.part = std::min({s.usual, s.bent, s.left});
     std::fill(a.scratch.cable_rows.begin(), a.scratch.cable_rows.end(), CableRow::open);
-  };
-  forget_rows();
-  const Real longest = first_part(world, a, h);
-  Real part = longest, usual = longest;  // the second but for ends at blows
-  Real bent = kParts;                    // as far as cones let the way be straight
-  for (int attempt = 1; left > 0; ++attempt) {
-    PANTIN_ASSERT(part > 0 && part <= left);
-    if (left - part < kLeastRest) part = left;
-    const StepPart now{1 - left / kParts, part < left ? 1 - (left - part) / kParts : 1, h, yields};
-    set_anchors(world, a, now);
-    if (is_tied) begin_ties(world, a, now);
-    if (!a.joints.empty())
-      begin_limits(world, a, now,
-                   2 * attempt < kMostAttempts ? Blows::followed : Blows::within_part);
-    const ConservingInput in{h * part / kParts,
-                             {world.gravity.x, world.gravity.y, world.gravity.z},
-                             a.scratch.targets.data(),
-                             a.scratch.ways.data(),
-                             a.scratch.anchor_velocities.data(),
-                             a.scratch.blocks.data(),
-                             is_tied ? kMostTiedIterations : kMostIterations,
-                             std::max(enough * std::min(part, Real(1)), kLeastTurnTolerance),
-                             hangs && !ties_are_inner(a) ? kHangingTurnTolerance : 0,
-                             is_still(a),
-                             ties_are_closed(a),
-                             a.joints.empty() && part > kShortestHeld,
-                             follows && part == kParts,
-                             nullptr,
-                             nullptr,
-                             most_due(a, part, attempt)};
-    TiedPart with{now, part, attempt < kEndingAttempts, 2 * attempt < kMostAttempts};
-    const bool is_taken =
-        is_tied ? conserve_tied(world, a, in, with) : kernels().conserve(view_of(world, a), in);
-    bent = with.longest < kParts ? with.longest : is_taken ? 2 * bent : bent;
-    if (is_taken) {
-      if (is_tied) store_ties(a, now);
-      if (!a.joints.empty()) store_joints(world, a, now);
-      inner = inner && with.inner;
-      left -= part;
-      if (with.struck) usual = longest;
-      part = std::min({usual, bent, left});
-      forget_rows();
-    } else if (with.shorter > 0 && attempt < kMostAttempts) {
-      part = with.shorter;
-    } else if (part > 1 && attempt < kMostAttempts) {
-      part = usual = part / 2;
-      // Loops that cannot be closed in shorter parts either give way in what is left.
-      if (!yields && has_loops(a) && attempt >= kTiedAttempts) yields = true, part = usual = left;
-    } else if (!yields && has_rigid_pins(a)) {
-      yields = true, part = usual = left, attempt = kMostAttempts / 2;
-    } else {
-      a.swept_steps = kSweptSteps;
-      return finish_otherwise(world, a, {now.begin, 1, h}, lost);
-    }
+  } else if (with.shorter > 0 && s.attempt < kMostAttempts) {
+    s.part = with.shorter;
+  } else if (s.part > 1 && s.attempt < kMostAttempts) {
+    s.part = s.usual = s.part / 2;
+    // Loops that cannot be closed in shorter parts either give way in what is left.
+    if (!s.yields && has_loops(a) && s.attempt >= kTiedAttempts)
+      s.yields = true, s.part = s.usual = s.left;
+  } else if (!s.yields && has_rigid_pins(a)) {
+    s.yields = true, s.part = s.usual = s.left, s.attempt = kMostAttempts / 2;
+  } else {
+    s.fails = true;
+  }
+  ++s.attempt;
+}
+
+bool end_parts(World& world, Island& a, const PartedStep& s, Entity& lost) {
+  if (s.fails) {
+    a.swept_steps = kSweptSteps;
+    return finish_otherwise(world, a, {s.now.begin, 1, s.h}, lost);
   }
   if (!all_found(world, a, lost)) return false;
   for (Tree& t : a.trees) {
-    t.knows_angular_momentum = t.knows_angular_momentum && inner;
-    if (a.parents[t.first] == kFree && inner) keep_angular_momentum(world, a, t, h);
+    t.knows_angular_momentum = t.knows_angular_momentum && s.inner;
+    if (a.parents[t.first] == kFree && s.inner) keep_angular_momentum(world, a, t, s.h);
   }
   a.contact_active = a.limited = false;
   a.sweeps_used = 0;
   a.knows_torques = true;
-  if (closes_gaps) end_closing(world, a, h);
-  remember_step(world, a, h);
+  if (s.closes_gaps) end_closing(world, a, s.h);
+  remember_step(world, a, s.h);
   return true;
+}
+
+void take_part(World& world, Island& a, PartedStep& s) {
+  const ConservingInput in = begin_part(world, a, s);
+  TiedPart with = tied_part(s);
+  s.taken =
+      is_tied(a) ? conserve_tied(world, a, in, with) : kernels().conserve(view_of(world, a), in);
+  end_part(world, a, s, with);
+}
+
+bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
+  PartedStep s = begin_parts(world, a, h);
+  while (s.goes_on()) take_part(world, a, s);
+  return end_parts(world, a, s, lost);
 }
 
 }  // namespace pantin::detail::articulated

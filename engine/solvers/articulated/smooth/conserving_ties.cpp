@@ -247,6 +247,10 @@ TieRows rigid_speeds(const ConservingTie& t) {
   return {t.kind == TieKind::rigid ? 3 : 0, Mat3(1), t.velocity, Mat3(t.softness)};
 }
 
+bool has_tie_rows(const StepScratch& r) {
+  return std::any_of(r.ties.begin(), r.ties.end(), [](auto& t) { return t.rows.count > 0; });
+}
+
 bool correct(void* context) {
   const TiedStep& s = *static_cast<const TiedStep*>(context);
   const auto rows_of = [&](const ConservingTie& t) {
@@ -260,12 +264,8 @@ bool correct(void* context) {
   if (!solve_ties(s.a, Arms::mean, rows_of, [](ConservingTie& t, Vec3 mu) { t.mu += mu; }))
     return false;
   if (s.with.tautened && is_hit_early(s)) return false;
-  add_joint_impulses(s.a, 1);
+  if (has_tie_rows(s.a.scratch)) add_joint_impulses(s.a, 1);
   return true;
-}
-
-bool has_tie_rows(const StepScratch& r) {
-  return std::any_of(r.ties.begin(), r.ties.end(), [](auto& t) { return t.rows.count > 0; });
 }
 
 /// How fast a taut cable would grow longer, m/s.
@@ -327,8 +327,9 @@ bool strike(const TiedStep& s) {
   return true;
 }
 
-bool project(void* context) {
-  const TiedStep& s = *static_cast<const TiedStep*>(context);
+}  // namespace
+
+bool project_ties(const TiedStep& s) {
   const auto rows_of = [&](const ConservingTie& t) {
     return t.kind == TieKind::taut && !t.strikes ? taut_speeds(t) : rigid_speeds(t);
   };
@@ -345,6 +346,10 @@ bool project(void* context) {
   work += s.with.struck_work;
   return true;
 }
+
+namespace {
+
+bool project(void* context) { return project_ties(*static_cast<const TiedStep*>(context)); }
 
 /// Whether the impulse of an elastic cable is that of its length at the iterate.
 bool is_followed(const TiedStep& s, const ConservingTie& t) {

@@ -39,4 +39,7 @@ bool has_to_end_early(const TiedStep& s);
 /// The same of those that took up their load in this iteration: the rest of it would be in vain.
 bool is_hit_early(const TiedStep& s);
 
+/// Velocities at the end as ties allow them, blows included: see ConservingTies::project.
+bool project_ties(const TiedStep& s);
+
 }  // namespace pantin::detail::articulated

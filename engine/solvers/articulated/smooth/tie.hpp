@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "engine/base/math.hpp"
+#include "engine/solvers/articulated/lane_layout.hpp"
 
 namespace pantin::detail::articulated {
 
@@ -43,11 +44,6 @@ struct ConservingTie {
   Mat3 derivative{0};  // of mu by `now`
 };
 
-/// A body between a tie and its roots, or the place of a free root, whose column is then that of
-/// the root and the number of bodies. `parent`: where on the path its parent follows.
-struct TiePathStep {
-  std::uint32_t column, parent;
-};
 /// A row of the equations that couple ties: the first step of its path, the first of its shares.
 struct TieRow {
   std::uint32_t path, count, share;

@@ -1,0 +1,223 @@
+#pragma once
+/// An iterate of a step by the energy-momentum method: what it makes of the bodies, and their
+/// elimination along the joints; see conserving.hpp.
+#include "engine/solvers/articulated/kernels/body_lanes.hpp"
+#include "engine/solvers/articulated/kernels/conserving_block.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+template <class Lanes>
+struct ConservingIterate {
+  ConservingIterate(Lanes& islands, const ConservingInput& common) : lanes(islands), in(common) {}
+
+  using N = typename Lanes::Number;
+  static constexpr std::size_t kWide = sizeof(N) / sizeof(double);
+
+  Lanes& lanes;
+  const ConservingInput& in;  // of any of the islands: what they have in common
+  const N h = lanes.step_length(), per = 1.0 / h;
+  const Four h4 = Lanes::spread(h), per4 = Lanes::spread(per);
+
+  const double* constants(std::size_t i) const { return lanes.constants(i); }
+  double* work(std::size_t i) const { return lanes.work(i); }
+  double* memory(std::size_t i) const { return lanes.memory(i); }
+  std::int32_t parent(std::size_t i) const { return lanes.parents()[i]; }
+  std::size_t count() const { return lanes.count(); }
+
+  /// The first iterate of a block: rotation at constant velocity, or at constant acceleration if
+  /// the last step had the same length.
+  INLINE void guess(std::size_t i) {
+    const StartState s = lanes.start(i);
+    probe_.add(i, dot(s.x, s.x));
+    Vec<Four> r = lanes.following(in, h4 * s.w, vec<Four>(memory(i), kLastRotation));
+    const Four r2 = dot(r, r), most = all(1.5);
+    r = choose(r2 > most * most, most / root(r2), all(1.0)) * r;
+    double* k = work(i);
+    put(k, kEndRotation, unit_again(mul(exponential(r), s.q)));
+    put(k, kJointWay, h4 * s.v);  // of a free root
+  }
+
+  /// Arms, reaches and positions of a block whose rotations are known; parents come before.
+  INLINE void place(std::size_t i, const StartState& s, const Axes<Four>& d0,
+                    const Axes<Four>& d1) {
+    const double* c = constants(i);
+    double* k = work(i);
+    const Vec<Four> anchor = vec<Four>(c, kOwnAnchor);
+    put(k, kEndArm, all(-1) * along(d1, anchor));
+    put(k, kMeanArm, all(-0.5) * (along(d0, anchor) + along(d1, anchor)));
+    const Qua<Four> turned = mul(qua<Four>(k, kEndRotation), back(s.q));
+    put(memory(i), kTurned, (2.0 / turned.w) * Vec<Four>{turned.x, turned.y, turned.z});
+    const ParentState o = lanes.parents_of(i, s);
+    const Vec<Four> there = vec<Four>(c, kParentAnchor);
+    const Vec<Four> end = rotated(o.q1, there), begin = rotated(o.q0, there);
+    put(k, kEndReach, end + o.end_arm);
+    put(k, kMeanReach, all(0.5) * (end + begin) + o.mean_arm);
+    const std::size_t left = count() - i;
+    for (std::size_t l = 0; l < (left < Lanes::kAtOnce ? left : Lanes::kAtOnce); ++l)
+      put_way(i + l);
+  }
+  /// Displacement of the joint point of body i; that of a free root is known.
+  INLINE void put_way(std::size_t i) {
+    double* k = work(i);
+    if (parent(i) >= 0)
+      put(k, kJointWay,
+          vec<N>(work(static_cast<std::size_t>(parent(i))), kJointWay) +
+              2.0 * (vec<N>(k, kEndReach) - vec<N>(k, kMeanReach)));
+    if (parent(i) == kHeld) put(k, kJointWay, get_vec<N>(held_, 0));
+    if (parent(i) < 0) held_ += 3 * kWide;
+  }
+
+  static INLINE Four size_of(Four x) { return choose(x > all(0), x, all(-1) * x); }
+
+  /// What the elimination needs of each body of a block.
+  template <Unknown unknown>
+  INLINE void fill(std::size_t i) {
+    const StartState s = lanes.start(i);
+    const double* c = constants(i);
+    double* k = work(i);
+    const Axes<Four> d0 = axes_of(s.q), d1 = axes_of(qua<Four>(k, kEndRotation));
+    place(i, s, d0, d1);
+    const Vec<Four> moments = vec<Four>(c, kInertia);
+    const Four half = 0.5 * (moments.x + moments.y + moments.z);
+    const Four second[3] = {half - moments.x, half - moments.y, half - moments.z};
+    const Four mass = num<Four>(c, kMass);
+    const Vec<Four> arm = vec<Four>(k, kEndArm);
+    const Vec<Four> way =
+        per4 * (vec<Four>(k, kJointWay) + all(2) * (arm - vec<Four>(k, kMeanArm)));
+    const double* f = lanes.forces(i);
+    Vec<Four> torque{all(0), all(0), all(0)}, impulse;
+    Outer turn;
+    if (unknown == Unknown::displacement) {
+      Vec<Four> a = num<Four>(c, kGravityScale) *
+                    Vec<Four>{all(in.gravity[0]), all(in.gravity[1]), all(in.gravity[2])};
+      if (f) a = a + vec<Four>(f, 0), torque = (-0.5 * h4) * vec<Four>(f, 3);
+      const Vec<Four> mean_arm = vec<Four>(k, kMeanArm);
+      impulse = mass * (way - s.v - (0.5 * h4) * a);
+      turn.add(arm, all(0.5) * impulse - (mass * per4) * mean_arm);
+      for (int n = 0; n < 3; ++n) {
+        const Vec<Four> w = per4 * (d1.d[n] - d0.d[n]) - cross(s.w, d0.d[n]);
+        const Vec<Four> mean = all(0.5) * (d0.d[n] + d1.d[n]);
+        torque = torque + second[n] * cross(mean, w);
+        turn.add(second[n] * d1.d[n], all(0.5) * w - per4 * mean);
+      }
+      torque = torque + cross(mean_arm, impulse);
+    } else {
+      const Four own = lanes.mask_of(i);
+      const Vec<Four> v = way + way - s.v;
+      const Vec<Four> g{all(in.gravity[0]), all(in.gravity[1]), all(in.gravity[2])};
+      const Four fall = (2.0 * h4) * num<Four>(c, kGravityScale) * dot(g, way);
+      impulse = mass * v,
+      weight_.add(i, own * mass * root(dot(g, g) * (dot(arm, arm) + half / mass)));
+      due_.add(i, own * mass * (dot(s.v, s.v) + fall));
+      work_.add(i, own * mass * size_of(fall));
+      const Vec<Four> turned = vec<Four>(memory(i), kTurned);
+      const Four turned2 = own * dot(turned, turned);
+      turned2_ = choose(turned2 > turned2_, turned2, turned2_);
+      if (f) {
+        const Four by_force = (2.0 * h4) * mass * dot(vec<Four>(f, 0), way);
+        const Four pushed = by_force + all(2) * dot(vec<Four>(f, 3), turned);
+        due_.add(i, own * pushed), work_.add(i, own * size_of(pushed));
+      }
+      turn.add(arm, all(-1) * (mass * arm));
+      for (int n = 0; n < 3; ++n) {
+        const Vec<Four> before = cross(s.w, d0.d[n]);
+        const Vec<Four> w = (2.0 * per4) * (d1.d[n] - d0.d[n]) - before;
+        torque = torque - second[n] * cross(d1.d[n], w);
+        due_.add(i, own * second[n] * dot(before, before));
+        turn.add(second[n] * d1.d[n], all(-1) * d1.d[n]);
+      }
+      torque = torque - cross(arm, impulse);
+    }
+    put(k, kImpulse, impulse), put(k, kTorqueImpulse, torque);
+    turn.put_crossed(k, kTurn);
+  }
+  template <Unknown unknown>
+  void fill_all() {
+    held_ = lanes.ways();
+    for (std::size_t i = 0; i < count(); i += Lanes::kAtOnce) fill<unknown>(i);
+  }
+
+  /// Leaves to roots. The impulses at the joints go to the memory.
+  template <Unknown unknown>
+  void inward() const {
+    if constexpr (Lanes::kHooks)
+      if (in.joints) return in.joints->inward(in.joints->context, unknown);
+    Rows<N> mass{};  // of the body before
+    Vec<N> impulse{N{}, N{}, N{}};
+    for (std::size_t i = count(); i-- > 0;) {
+      ConservingBlock<N> b = ConservingBlock<N>::none();
+      add_own<unknown>(work(i), num<N>(constants(i), kMass), per, b);
+      std::uint32_t c = first_child_of(lanes.p, i);
+      if (c == i + 1) {
+        add_child<unknown>(b, mass, impulse, work(c));
+        c = sibling_of(lanes.p, c);
+      }
+      for (; c != kNoChild; c = sibling_of(lanes.p, c))
+        add_child<unknown>(b, Rows<N>::from(lanes.node(c), kArticulatedMass),
+                           vec<N>(memory(c), kLambda), work(c));
+      if (unknown == Unknown::displacement && lanes.has_ties()) add_ties(b, lanes.tie_block(i));
+      impulse = b.impulse;
+      if (unknown == Unknown::displacement) settle(i, b);
+      const Inverse<N> inverse(b.tt);
+      if (lanes.has_ties()) keep_factor(b, inverse, lanes.tie_factor(i));
+      mass = eliminate(b, inverse, lanes.node(i));
+    }
+  }
+  /// Of a body whose children are all added.
+  INLINE void settle(std::size_t i, ConservingBlock<N>& b) const {
+    double* m = memory(i);
+    put(m, kLambda, lanes.running(b.impulse, vec<N>(m, kLambda)));
+    turn_axes(b, vec<N>(m, kTurned));
+  }
+
+  /// Displacement, or velocity, of a root's joint point.
+  template <Unknown unknown>
+  INLINE Vec<N> of_root(std::size_t i, const double* held) const {
+    if (parent(i) == kHeld)
+      return unknown == Unknown::displacement ? Vec<N>{N{}, N{}, N{}} : get_vec<N>(held, 0);
+    const Rows<N> g = Rows<N>::from(lanes.node(i), kArticulatedMass);
+    Vec<N> f{g.x[3], g.y[3], g.z[3]};
+    if (unknown == Unknown::displacement) f = f - vec<N>(memory(i), kLambda);
+    const Inverse<N> mass(g);
+    return f.x * mass.u + f.y * mass.v + f.z * mass.w;
+  }
+  /// Roots to leaves: the unknowns of body i.
+  template <Unknown unknown>
+  INLINE void outward(std::size_t i, const double*& held) {
+    double* m = memory(i);
+    Vec<N> y;
+    if (parent(i) < 0) {
+      y = of_root<unknown>(i, held);
+      held += 3 * kWide;
+    } else {
+      const double* o = memory(static_cast<std::size_t>(parent(i)));
+      y = vec<N>(o, kMove) + cross(vec<N>(o, kTurnBy), vec<N>(work(i), kEndReach));
+    }
+    const double* node = lanes.node(i);
+    const auto n = [&](std::size_t at) { return get<N>(node, at); };
+    const Vec<N> t{n(3) - (n(0) * y.x + n(1) * y.y + n(2) * y.z),
+                   n(7) - (n(4) * y.x + n(5) * y.y + n(6) * y.z),
+                   n(11) - (n(8) * y.x + n(9) * y.y + n(10) * y.z)};
+    put(m, kMove, y), put(m, kTurnBy, t);
+    // The impulse over half the step after this iteration, or with that of the projection.
+    const auto g = [&](std::size_t at) { return n(kArticulatedMass + at); };
+    const Vec<N> gain{(g(0) * y.x + g(1) * y.y + g(2) * y.z) - g(3),
+                      (g(4) * y.x + g(5) * y.y + g(6) * y.z) - g(7),
+                      (g(8) * y.x + g(9) * y.y + g(10) * y.z) - g(11)};
+    const Vec<N> before = vec<N>(m, kLambda);
+    const double share = unknown == Unknown::displacement ? 1.0 : 0.5;
+    const Vec<N> after = before + share * gain;
+    put(m, kLambda, unknown == Unknown::displacement ? lanes.running(after, before) : after);
+  }
+
+  typename Lanes::Sum due_;     // twice the kinetic energy that the bodies must have at the end, J
+  typename Lanes::Sum work_;    // J: sizes of the works in it
+  typename Lanes::Sum weight_;  // J: scale of the work that the weight can do
+  typename Lanes::Sum probe_;   // finite where all positions are
+  Four turned2_ = all(0);       // square of the largest rotation over the step, by Cayley's vector
+  const double* held_ = nullptr;  // of the next root: displacement of its anchor
+};
+
+}  // namespace
+}  // namespace pantin::detail::articulated

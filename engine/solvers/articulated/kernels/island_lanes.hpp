@@ -1,0 +1,222 @@
+#pragma once
+/// What a step by the energy-momentum method works on (conserving.hpp): islands alike, each in a
+/// lane of its own. All that a lane holds depends on its own island only, bit for bit.
+#include "engine/solvers/articulated/kernels/conserving.hpp"
+#include "engine/solvers/articulated/kernels/lane_cables.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+class IslandLanes {
+ public:
+  using Number = Four;
+  static constexpr std::size_t kAtOnce = 1;
+  static constexpr int kIslands = kLanes;
+  static constexpr bool kHooks = false;
+
+  explicit IslandLanes(const ConservingLanes& all)
+      : p(all.islands[0].view), lanes_(all), cables_(all, tables_) {
+    LaneMemory memory{all.memory};
+    tables_.lay_out(memory, p.count, trees_of(p));
+    if (all.ties) cables_.lay_out(memory);
+    for (int l = 0; l < kIslands; ++l)
+      if (!is_used(l)) stop(l);
+    read_islands();
+  }
+
+  const IslandView& p;  // of the first: what they have in common
+
+  std::size_t count() const { return p.count; }
+  const std::int32_t* parents() const { return p.parents; }
+  Four step_length() const { return h_; }
+  static INLINE Four spread(Four x) { return x; }
+  bool is_used(int l) const { return static_cast<std::size_t>(l) < lanes_.count; }
+  /// Lanes that are not used do what the first does.
+  const LaneIsland& island(int l) const { return lanes_.islands[is_used(l) ? l : 0]; }
+  const ConservingInput& input(int l) const { return island(l).input; }
+  INLINE const double* constants(std::size_t i) const { return tables_.constants_at(i); }
+  INLINE double* work(std::size_t i) const { return tables_.work_at(i); }
+  INLINE double* memory(std::size_t i) const { return tables_.memory_at(i); }
+  INLINE double* node(std::size_t i) const { return tables_.node_at(i); }
+  static const double* forces(std::size_t /*i*/) { return nullptr; }
+  const double* targets() const { return tables_.targets; }
+  const double* ways() const { return tables_.ways; }
+  const double* anchor_velocities() const { return tables_.anchor_velocities; }
+
+  INLINE StartState start(std::size_t i) const {
+    const double* s = tables_.start_at(i);
+    return {vec<Four>(s, kStartPosition), vec<Four>(s, kStartVelocity), vec<Four>(s, kStartSpin),
+            qua<Four>(s, kStartRotation)};
+  }
+  INLINE Four half_drag(std::size_t i) const {
+    return num<Four>(tables_.start_at(i), kStartHalfDrag);
+  }
+  INLINE Vec<Four> position(std::size_t i) const {
+    return vec<Four>(tables_.start_at(i), kStartPosition);
+  }
+  INLINE Vec<Four> velocity(std::size_t i) const {
+    return vec<Four>(tables_.start_at(i), kStartVelocity);
+  }
+  INLINE ParentState parents_of(std::size_t i, const StartState& own) const {
+    const double* k = work(i);
+    if (p.parents[i] < 0)
+      return {own.q, qua<Four>(k, kEndRotation), vec<Four>(k, kEndArm), vec<Four>(k, kMeanArm)};
+    const auto at = static_cast<std::size_t>(p.parents[i]);
+    const double* o = work(at);
+    return {qua<Four>(tables_.start_at(at), kStartRotation), qua<Four>(o, kEndRotation),
+            vec<Four>(o, kEndArm), vec<Four>(o, kMeanArm)};
+  }
+
+  /// A sum over the bodies, in the order in which BodyLanes adds.
+  class Sum {
+   public:
+    INLINE void add(std::size_t body, Four v) { sums_[body % kLanes] += v; }
+    Four total() const { return (sums_[0] + sums_[1]) + (sums_[2] + sums_[3]); }
+
+   private:
+    Four sums_[kLanes] = {all(0), all(0), all(0), all(0)};
+  };
+  static Four largest_of(Four x) { return x; }
+  static INLINE Four mask_of(std::size_t /*i*/) { return all(1.0); }
+  static double of_island(Four x, int l) { return x[static_cast<std::size_t>(l)]; }
+  static Four factors_of(const double (&factors)[kIslands]) { return load(factors); }
+
+  void stop(int l) { tables_.running[static_cast<std::size_t>(l)] = 0; }
+  INLINE Vec<Four> running(Vec<Four> now, Vec<Four> before) const {
+    return tables_.kept(now, before);
+  }
+  INLINE Qua<Four> running(Qua<Four> now, Qua<Four> before) const {
+    return chosen(tables_.running > 0.5, now, before);
+  }
+  INLINE Vec<Four> following(const ConservingInput& /*in*/, Vec<Four> now, Vec<Four> last) const {
+    return chosen(follows_ > 0.5, now + now - last, now);
+  }
+
+  void set_outcome(int l, LaneOutcome outcome) {
+    if (is_used(l)) lanes_.outcomes[l] = outcome;
+  }
+  bool is_taken(std::size_t l) const { return lanes_.outcomes[l] == LaneOutcome::taken; }
+  bool any_taken() const {
+    for (std::size_t l = 0; l < lanes_.count; ++l)
+      if (is_taken(l)) return true;
+    return false;
+  }
+  /// Islands that the lanes cannot step.
+  void send_away() const {
+    for (std::size_t l = 0; lanes_.ties && l < lanes_.count; ++l)
+      if (cables_.is_alone(l)) lanes_.outcomes[l] = LaneOutcome::alone;
+  }
+  INLINE void set_bodies(std::size_t i, std::size_t at, Four v) const {
+    for (std::size_t l = 0; l < lanes_.count; ++l)
+      if (is_taken(l)) body(i, l)[at] = v[l];
+  }
+  INLINE void set_bodies(std::size_t i, std::size_t at, Vec<Four> v) const {
+    set_bodies(i, at, v.x), set_bodies(i, at + 1, v.y), set_bodies(i, at + 2, v.z);
+  }
+  /// What the next step starts from.
+  void write_memory() const {
+    constexpr std::size_t kRows[] = {kLastTranslation, kLastRotation, kLambda};
+    for (std::size_t l = 0; l < lanes_.count; ++l) {
+      if (!is_taken(l)) continue;
+      for (std::size_t i = 0; i < p.count; ++i) {
+        const double* from = memory(i) + l;
+        double* to = column(lanes_.islands[l].view.memory, kMemoryRows, i);
+        for (const std::size_t row : kRows)
+          for (std::size_t n = row; n < row + 3; ++n) to[n * kLanes] = from[n * kLanes];
+      }
+    }
+  }
+
+  bool has_ties() const { return lanes_.ties; }
+  INLINE const double* tie_block(std::size_t i) const { return tables_.tie_block_at(i); }
+  INLINE double* tie_factor(std::size_t i) const { return tables_.tie_factor_at(i); }
+  void load_ties() { cables_.load(h_); }
+  void correct_ties(bool (&fails)[kIslands]) { cables_.correct(h_, fails); }
+  void settle_ties(bool (&near)[kIslands]) { cables_.settle(h_, near); }
+  bool accept_ties(int l, double& released) {
+    return cables_.accept(h_, static_cast<std::size_t>(l), released);
+  }
+  void project_ties(const bool (&wanted)[kIslands], bool (&fails)[kIslands]) {
+    cables_.project(h_, wanted, fails);
+  }
+  Four inner_ties() const {
+    Four inner = all(1);
+    for (std::size_t l = 0; lanes_.ties && l < lanes_.count; ++l)
+      if (!*lanes_.islands[l].inner) inner[l] = 0;
+    return inner;
+  }
+  bool is_struck(int l) const { return lanes_.ties && *island(l).struck; }
+  double place_work(int l) const { return lanes_.ties ? *island(l).place_work : 0; }
+
+ private:
+  INLINE double* body(std::size_t i, std::size_t l) const {
+    const IslandView& view = island(static_cast<int>(l)).view;
+    return view.bodies + view.slots[i] * view.layout.stride;
+  }
+  /// Constants, states at the start and anchors, each island into its lane.
+  void read_islands() {
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      const LaneIsland& from = island(static_cast<int>(l));
+      h_[l] = from.input.h, follows_[l] = from.input.follows_equal_step;
+      for (std::size_t i = 0; i < p.count; ++i) {
+        const double* c = column(from.view.constants, kConstantRows, i);
+        double* to = tables_.constants_at(i) + l;
+        for (std::size_t row = 0; row < kConstantRows; ++row) to[row * kLanes] = c[row * kLanes];
+        const double* m = column(from.view.memory, kMemoryRows, i);
+        double* last = memory(i) + l;
+        for (std::size_t row = kLastRotation; row < kLastRotation + 3; ++row)
+          last[row * kLanes] = m[row * kLanes];
+        const double* b = body(i, l);
+        const BodyLayout& at = from.view.layout;
+        double* s = tables_.start_at(i) + l;
+        for (std::size_t n = 0; n < 3; ++n) {
+          s[(kStartPosition + n) * kLanes] = b[at.position + n];
+          s[(kStartVelocity + n) * kLanes] = b[at.velocity + n];
+          s[(kStartSpin + n) * kLanes] = b[at.angular_velocity + n];
+        }
+        for (std::size_t n = 0; n < 4; ++n) s[(kStartRotation + n) * kLanes] = b[at.rotation + n];
+      }
+      for (std::size_t n = 0; n < 3 * tables_.trees; ++n) {
+        tables_.targets[n * kLanes + l] = from.input.targets[n];
+        tables_.ways[n * kLanes + l] = from.input.ways[n];
+        tables_.anchor_velocities[n * kLanes + l] = from.input.anchor_velocities[n];
+      }
+    }
+    Four drag = all(-1), keep = all(1);
+    for (std::size_t i = 0; i < p.count; ++i) {
+      const Four own = num<Four>(constants(i), kDrag);
+      const auto same = own == drag;
+      if ((same[0] & same[1] & same[2] & same[3]) == 0)
+        for (std::size_t l = 0; l < kLanes; ++l) keep[l] = ::exp(-own[l] * (0.5 * h_[l]));
+      drag = own;
+      double* s = tables_.start_at(i);
+      write(s + kStartHalfDrag * kLanes, keep);
+      put(s, kStartVelocity, keep * vec<Four>(s, kStartVelocity));
+      put(s, kStartSpin, keep * vec<Four>(s, kStartSpin));
+    }
+  }
+
+  const ConservingLanes& lanes_;
+  LaneTables tables_;
+  LaneCables cables_;
+  Four h_ = all(1), follows_ = all(0);
+};
+
+void conserve_lanes(const ConservingLanes& all) {
+  for (std::size_t l = 0; l < all.count; ++l) all.outcomes[l] = LaneOutcome::refused;
+  IslandLanes lanes(all);
+  conserve_by(lanes, all.islands[0].input);
+  lanes.write_memory();
+  lanes.send_away();
+}
+
+std::size_t lane_numbers(std::size_t bodies, std::size_t trees, const LaneTies* ties) {
+  LaneMemory memory{nullptr};
+  LaneTables tables;
+  tables.lay_out(memory, bodies, trees);
+  if (ties) LaneCables::Room(memory, *ties, bodies);
+  return memory.used;
+}
+
+}  // namespace
+}  // namespace pantin::detail::articulated

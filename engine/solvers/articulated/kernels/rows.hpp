@@ -1,0 +1,92 @@
+#pragma once
+/// Three rows of a 3x3 matrix, each followed by the component of a vector: of numbers, or of four
+/// side by side.
+#include "engine/solvers/articulated/kernels/table.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+/// A row of numbers is a vector of the machine; of four side by side, four of them.
+struct FourRow {
+  Four at[4];
+  INLINE Four& operator[](std::size_t i) { return at[i]; }
+  INLINE Four operator[](std::size_t i) const { return at[i]; }
+};
+INLINE FourRow operator+(const FourRow& a, const FourRow& b) {
+  return {{a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]}};
+}
+INLINE FourRow operator-(const FourRow& a, const FourRow& b) {
+  return {{a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]}};
+}
+INLINE FourRow operator*(Four s, const FourRow& a) {
+  return {{s * a[0], s * a[1], s * a[2], s * a[3]}};
+}
+INLINE void operator+=(FourRow& a, const FourRow& b) { a = a + b; }
+INLINE void operator-=(FourRow& a, const FourRow& b) { a = a - b; }
+
+template <class N>
+struct RowType {
+  using Type = Four;
+};
+template <>
+struct RowType<Four> {
+  using Type = FourRow;
+};
+template <class N>
+using Row = typename RowType<N>::Type;
+
+INLINE Four row_of(double a, double b, double c, double d) { return Four{a, b, c, d}; }
+INLINE FourRow row_of(Four a, Four b, Four c, Four d) { return {{a, b, c, d}}; }
+
+/// Consecutive numbers from `p`, each of them a number or four side by side.
+template <class N>
+INLINE double* number_at(double* p, std::size_t i) {
+  return p + i * (sizeof(N) / sizeof(double));
+}
+template <class N>
+INLINE const double* number_at(const double* p, std::size_t i) {
+  return p + i * (sizeof(N) / sizeof(double));
+}
+template <class N>
+INLINE N get(const double* p, std::size_t i) {
+  return read<N>(number_at<N>(p, i));
+}
+template <class N>
+INLINE Vec<N> get_vec(const double* p, std::size_t i) {
+  return {get<N>(p, i), get<N>(p, i + 1), get<N>(p, i + 2)};
+}
+template <class N>
+INLINE void set_vec(double* p, std::size_t i, Vec<N> v) {
+  write(number_at<N>(p, i), v.x), write(number_at<N>(p, i + 1), v.y),
+      write(number_at<N>(p, i + 2), v.z);
+}
+
+template <class N>
+struct Rows {
+  Row<N> x, y, z;
+  INLINE static Row<N> one_from(const double* p, std::size_t i);
+  INLINE static Rows from(const double* p, std::size_t i) {
+    return {one_from(p, i), one_from(p, i + 4), one_from(p, i + 8)};
+  }
+  INLINE void to(double* p, std::size_t i) const {
+    put_row(p, i, x), put_row(p, i + 4, y), put_row(p, i + 8, z);
+  }
+
+ private:
+  INLINE static void put_row(double* p, std::size_t i, Four row) { store(p + i, row); }
+  INLINE static void put_row(double* p, std::size_t i, const FourRow& row) {
+    for (std::size_t n = 0; n < 4; ++n) store(p + kLanes * (i + n), row[n]);
+  }
+};
+template <>
+INLINE Four Rows<double>::one_from(const double* p, std::size_t i) {
+  return load(p + i);
+}
+template <>
+INLINE FourRow Rows<Four>::one_from(const double* p, std::size_t i) {
+  p += kLanes * i;
+  return {{load(p), load(p + kLanes), load(p + 2 * kLanes), load(p + 3 * kLanes)}};
+}
+
+}  // namespace
+}  // namespace pantin::detail::articulated

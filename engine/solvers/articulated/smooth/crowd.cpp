@@ -1,0 +1,325 @@
+// Islands alike, stepped side by side by the energy-momentum method: each in a lane of the
+// machine's vectors (kernels/island_lanes.hpp). What a lane does depends on its own island only, so
+// that it is the same whoever is beside it, and the same as of an island alone.
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <span>
+
+#include "engine/solvers/articulated/articulated.hpp"
+#include "engine/solvers/articulated/internal.hpp"
+#include "engine/solvers/articulated/smooth/conserving_ties.hpp"
+#include "engine/solvers/solver.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+/// Whether an island has only what the lanes know: free ball joints, and cables.
+bool fits_lanes(const Island& a) {
+  return a.settings.solver == Solver::articulated && a.joints.empty() && a.pins.empty() &&
+         a.cables.size() <= kMostTies && a.count() > 0;
+}
+
+bool stretches(const World& world, const Island& a, std::size_t cable) {
+  return world.cables.values()[a.cables[cable].cable].joint.compliance > 0;
+}
+
+/// What has to be the same in islands side by side, as a number: unequal ones hardly ever share it.
+std::uint64_t shape_of(const World& world, const Island& a) {
+  std::uint64_t hash = 1469598103934665603ull;
+  const auto add = [&](std::uint64_t x) { hash = (hash ^ x) * 1099511628211ull; };
+  add(a.count()), add(a.cables.size());
+  for (std::size_t c = 0; c < a.count(); ++c) add(static_cast<std::uint32_t>(a.parents[c]));
+  for (std::size_t n = 0; n < a.cables.size(); ++n)
+    add(a.cables[n].column_a), add(a.cables[n].column_b), add(stretches(world, a, n));
+  return hash;
+}
+bool are_alike(const World& world, const Island& a, const Island& b) {
+  if (a.count() != b.count() || a.cables.size() != b.cables.size()) return false;
+  if (!std::equal(a.parents.begin(), a.parents.begin() + static_cast<std::ptrdiff_t>(a.count()),
+                  b.parents.begin()))
+    return false;
+  for (std::size_t n = 0; n < a.cables.size(); ++n)
+    if (a.cables[n].column_a != b.cables[n].column_a ||
+        a.cables[n].column_b != b.cables[n].column_b ||
+        stretches(world, a, n) != stretches(world, b, n))
+      return false;
+  return true;
+}
+
+/// Numbers of the islands that a thread steps side by side.
+struct LaneRoom {
+  std::vector<Real> numbers, table, gains;
+  std::vector<std::uint32_t> rows;
+  std::array<std::vector<CableRow>, kLanes> cable_rows;  // before the part
+
+  /// Grows to what the islands need; keeps it from step to step.
+  void fit(const Island& a, const LaneTies* of) {
+    grow(numbers, kernels().lane_numbers(a.count(), a.trees.size(), of));
+    if (!of) return;
+    grow(table, kLaneCableRows * kLanes * of->count), grow(gains, kLanes * of->count);
+    grow(rows, of->count);
+    for (std::vector<CableRow>& own : cable_rows) grow(own, of->count);
+  }
+
+ private:
+  template <class T>
+  static void grow(std::vector<T>& v, std::size_t n) {
+    if (v.size() < n) v.resize(n);
+  }
+};
+LaneRoom& lane_room() {
+  thread_local LaneRoom room;
+  return room;
+}
+
+/// An island in a lane, as the hooks of the kernel see it.
+struct Lane {
+  TiedStep step;
+  LaneRoom& room;
+  std::size_t lane;
+
+  std::vector<ConservingTie>& ties() const { return step.a.scratch.ties; }
+  Real number(std::size_t tie, std::size_t row) const {
+    return room.table[(kLaneCableRows * tie + row) * kLanes + lane];
+  }
+  void set(std::size_t tie, std::size_t row, Real x) const {
+    room.table[(kLaneCableRows * tie + row) * kLanes + lane] = x;
+  }
+  Vec3 vec(std::size_t tie, std::size_t row) const {
+    return {number(tie, row), number(tie, row + 1), number(tie, row + 2)};
+  }
+  void set(std::size_t tie, std::size_t row, Vec3 v) const {
+    set(tie, row, v.x), set(tie, row + 1, v.y), set(tie, row + 2, v.z);
+  }
+};
+
+/// Cables at the start of a part, into the lane.
+void write_ties(const Lane& lane) {
+  for (std::size_t n = 0; n < lane.ties().size(); ++n) {
+    const ConservingTie& t = lane.ties()[n];
+    lane.set(n, kCableAnchorA, t.anchor_a), lane.set(n, kCableAnchorB, t.anchor_b);
+    lane.set(n, kCableStartA, t.start_a), lane.set(n, kCableStartB, t.start_b);
+    lane.set(n, kCableWay, t.way), lane.set(n, kCableVelocity, t.velocity);
+    lane.set(n, kCableBefore, t.before), lane.set(n, kCableMu, t.mu);
+    lane.set(n, kCableLength, t.length), lane.set(n, kCableStiffness, t.stiffness);
+    lane.set(n, kCableAcross, Real(0)), lane.set(n, kCableSoftness, t.softness);
+    lane.set(n, kCableResponse, t.response);
+    lane.set(n, kCableKind, t.kind == TieKind::slack ? kSlackTie : kTautTie);
+    lane.set(n, kCableFollowed, Real(t.followed));
+  }
+}
+/// What the lane made of inextensible cables, back into the island's own list; and what that says
+/// of them, into the lane.
+void read_ties(const Lane& lane) {
+  for (std::size_t n = 0; n < lane.ties().size(); ++n) {
+    ConservingTie& t = lane.ties()[n];
+    t.softness = lane.number(n, kCableSoftness), t.now = lane.vec(n, kCableNow);
+    if (t.kind == TieKind::cable) continue;
+    t.kind = lane.number(n, kCableKind) == kSlackTie ? TieKind::slack : TieKind::taut;
+  }
+}
+void write_kinds(const Lane& lane) {
+  for (std::size_t n = 0; n < lane.ties().size(); ++n) {
+    const ConservingTie& t = lane.ties()[n];
+    if (t.kind == TieKind::taut) lane.set(n, kCableKind, t.strikes ? kStrikingTie : kTautTie);
+  }
+}
+
+bool solve(void* context, std::size_t rows) {
+  return solve_tie_equations(static_cast<const Lane*>(context)->step.a.scratch, rows);
+}
+bool is_hit_early(void* context) {
+  const Lane& lane = *static_cast<const Lane*>(context);
+  read_ties(lane);
+  return is_hit_early(lane.step);
+}
+bool ends_early(void* context) {
+  const Lane& lane = *static_cast<const Lane*>(context);
+  read_ties(lane);
+  if (has_to_end_early(lane.step)) return true;
+  lane.step.with.inner = ties_are_inner(lane.step.a);
+  write_kinds(lane);
+  return false;
+}
+bool strike(void* context) {
+  const Lane& lane = *static_cast<const Lane*>(context);
+  for (std::size_t n = 0; n < lane.ties().size(); ++n) {
+    ConservingTie& t = lane.ties()[n];
+    t.end_a = lane.vec(n, kCableEndA), t.end_b = lane.vec(n, kCableEndB);
+  }
+  return project_ties(lane.step);
+}
+
+LaneIsland lane_island(World& world, Lane& lane, const ConservingInput& in) {
+  Island& a = lane.step.a;
+  StepScratch& r = a.scratch;
+  TiedPart& with = lane.step.with;
+  return {view_of(world, a),
+          in,
+          a.size,
+          a.mass,
+          r.tie_yield,
+          &lane,
+          &with.iterations,
+          r.tie_factors.data(),
+          r.tie_matrix.data(),
+          r.tie_solution.data(),
+          solve,
+          is_hit_early,
+          ends_early,
+          strike,
+          &with.inner,
+          &with.struck,
+          &with.place_work};
+}
+
+/// The next part of up to kLanes islands alike.
+void take_parts_together(World& world, CrowdScratch& crowd, std::span<const std::uint32_t> going) {
+  const auto step = [&](std::size_t l) -> CrowdStep& { return crowd.steps[going[l]]; };
+  if (going.size() == 1) return take_part(world, *step(0).island, step(0).parts);
+  LaneRoom& room = lane_room();
+  Island& first = *step(0).island;
+  const CrowdShape& shape = crowd.shapes[step(0).shape];
+  const StepScratch& r = first.scratch;
+  const LaneTies ties{shape.ties.size(),          shape.ties.data(), r.tie_paths.data(),
+                      r.tie_paths.size(),         shape.longest,     shape.meetings.data(),
+                      shape.meeting_starts.data()};
+  const LaneTies* const tied = first.cables.empty() ? nullptr : &ties;
+  room.fit(first, tied);
+  std::array<ConservingInput, kLanes> inputs;
+  std::array<std::optional<TiedPart>, kLanes> parts;
+  std::array<std::optional<Lane>, kLanes> lanes;
+  std::array<LaneIsland, kLanes> islands;
+  std::array<LaneOutcome, kLanes> outcomes{};
+  for (std::size_t l = 0; l < going.size(); ++l) {
+    Island& a = *step(l).island;
+    inputs[l] = begin_part(world, a, step(l).parts);
+    parts[l].emplace(tied_part(step(l).parts));
+    lanes[l].emplace(Lane{{world, a, inputs[l].h, *parts[l]}, room, l});
+    if (tied) write_ties(*lanes[l]);
+    std::copy(a.scratch.cable_rows.begin(), a.scratch.cable_rows.end(), room.cable_rows[l].begin());
+    islands[l] = lane_island(world, *lanes[l], inputs[l]);
+  }
+  kernels().conserve_lanes({going.size(), islands.data(), tied, room.table.data(), room.rows.data(),
+                            room.gains.data(), room.numbers.data(), outcomes.data()});
+  for (std::size_t l = 0; l < going.size(); ++l) {
+    Island& a = *step(l).island;
+    if (outcomes[l] == LaneOutcome::alone) {
+      std::copy_n(room.cable_rows[l].begin(), a.cables.size(), a.scratch.cable_rows.begin());
+      take_part(world, a, step(l).parts);
+      continue;
+    }
+    step(l).parts.taken = outcomes[l] == LaneOutcome::taken;
+    for (std::size_t n = 0; step(l).parts.taken && n < lanes[l]->ties().size(); ++n)
+      lanes[l]->ties()[n].mu = lanes[l]->vec(n, kCableMu);
+    end_part(world, a, step(l).parts, *parts[l]);
+  }
+}
+
+}  // namespace
+
+namespace {
+
+/// What the paths of the cables of an island share.
+void find_meetings(const World& world, const Island& a, CrowdShape& shape) {
+  const StepScratch& r = a.scratch;
+  const std::size_t n = a.cables.size();
+  shape.meeting_starts.push_back(0);
+  for (std::size_t i = 0; i < n; ++i) {
+    const PackedCable& cable = a.cables[i];
+    const bool has_b = cable.column_b != UINT32_MAX;
+    const std::uint32_t first = r.tie_path_starts[i], count = r.tie_path_starts[i + 1] - first;
+    shape.longest = std::max<std::size_t>(shape.longest, count);
+    shape.ties.push_back({has_b ? cable.column_a : UINT32_MAX,
+                          has_b ? cable.column_b : cable.column_a, first, count,
+                          stretches(world, a, i)});
+    const auto own = std::span(r.tie_paths).subspan(first, count);
+    for (std::size_t j = 0; j < n; ++j) {
+      const auto other =
+          std::span(r.tie_paths)
+              .subspan(r.tie_path_starts[j], r.tie_path_starts[j + 1] - r.tie_path_starts[j]);
+      for (std::uint32_t k = 0; k < own.size(); ++k)
+        for (std::uint32_t m = 0; m < other.size(); ++m)
+          if (own[k].column == other[m].column) shape.meetings.push_back({k, m});
+      shape.meeting_starts.push_back(static_cast<std::uint32_t>(shape.meetings.size()));
+    }
+  }
+}
+
+}  // namespace
+
+void find_crowds(const World& world, Islands& all) {
+  CrowdScratch& crowd = all.crowd;
+  crowd.order.clear(), crowd.steps.clear(), crowd.shapes.clear();
+  std::vector<std::uint64_t> hashes(all.list.size(), 0);
+  for (std::uint32_t i = 0; i < all.list.size(); ++i) {
+    if (!fits_lanes(all.list[i])) continue;
+    crowd.order.push_back({i, 0}), hashes[i] = shape_of(world, all.list[i]);
+  }
+  std::stable_sort(crowd.order.begin(), crowd.order.end(),
+                   [&](const CrowdScratch::Member& i, const CrowdScratch::Member& j) {
+                     return hashes[i.island] < hashes[j.island];
+                   });
+  // Those that have no like are stepped as all others are.
+  std::vector<CrowdScratch::Member> members;
+  for (std::size_t i = 0, end = 0; i < crowd.order.size(); i = end) {
+    const Island& first = all.list[crowd.order[i].island];
+    end = i + 1;
+    while (end < crowd.order.size() && are_alike(world, first, all.list[crowd.order[end].island]))
+      ++end;
+    if (end - i == 1) continue;
+    const auto shape = static_cast<std::uint32_t>(crowd.shapes.size());
+    find_meetings(world, first, crowd.shapes.emplace_back());
+    for (std::size_t k = i; k < end; ++k) members.push_back({crowd.order[k].island, shape});
+  }
+  crowd.order = std::move(members);
+  const std::size_t most = crowd.order.size();
+  crowd.steps.reserve(most), crowd.going.reserve(most), crowd.units.reserve(most);
+}
+
+void step_crowds(World& world, const StepTask& task) {
+  Islands& all = world.memory.of<Islands>();
+  CrowdScratch& crowd = all.crowd;
+  crowd.steps.clear();
+  for (const auto& [island, shape] : crowd.order) {
+    Island& a = all.list[island];
+    if (a.asleep || a.in_group || a.forced || !conserves(world, a)) continue;
+    // A cable may have been given another kind.
+    const std::vector<LaneTies::Tie>& ties = crowd.shapes[shape].ties;
+    bool fits = true;
+    for (std::size_t n = 0; n < ties.size(); ++n)
+      fits = fits && ties[n].stretches == stretches(world, a, n);
+    if (!fits) continue;
+    a.in_crowd = true;
+    crowd.steps.push_back({&a, shape, {}});
+  }
+  for_each_island(crowd.steps.size(), task, [&](std::size_t i) {
+    crowd.steps[i].parts = begin_parts(world, *crowd.steps[i].island, task.h);
+  });
+  // In each round the next part of every step that is not at its end.
+  crowd.going.clear();
+  for (std::size_t i = 0; i < crowd.steps.size(); ++i)
+    crowd.going.push_back(static_cast<std::uint32_t>(i));
+  while (!crowd.going.empty()) {
+    crowd.units.clear();
+    for (std::size_t i = 0, end = 0; i < crowd.going.size(); i = end) {
+      end = i + 1;
+      while (end < crowd.going.size() && end - i < kLanes &&
+             crowd.steps[crowd.going[i]].shape == crowd.steps[crowd.going[end]].shape)
+        ++end;
+      crowd.units.push_back({i, end - i});
+    }
+    for_each_island(crowd.units.size(), task, [&](std::size_t u) {
+      const auto [first, count] = crowd.units[u];
+      take_parts_together(world, crowd, std::span(crowd.going).subspan(first, count));
+    });
+    std::erase_if(crowd.going, [&](std::uint32_t i) { return !crowd.steps[i].parts.goes_on(); });
+  }
+  for_each_island(crowd.steps.size(), task, [&](std::size_t i) {
+    Island& a = *crowd.steps[i].island;
+    end_parts(world, a, crowd.steps[i].parts, a.lost);
+  });
+}
+
+}  // namespace pantin::detail::articulated

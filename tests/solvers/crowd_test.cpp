@@ -1,0 +1,150 @@
+// Islands alike are stepped side by side, each in a lane: what one does must not depend on who is
+// beside it, to the last bit.
+#include <catch2/catch.hpp>
+
+#include "engine/pantin/measure.hpp"
+#include "tests/runtime/puppets.hpp"
+#include "tests/solvers/trees.hpp"
+
+using namespace pantin;
+using namespace pantin::detail;
+using namespace pantin::test;
+
+namespace {
+
+constexpr int kMany = 7;  // a full set of lanes, and one with room
+
+/// Copies of a World in one, each with motions of its own; `only`: that copy alone.
+World copies_of(const World& one, Real speed, int only = -1) {
+  World all;
+  Random dice(5);
+  for (int n = 0; n < kMany; ++n) {
+    std::vector<Entity> made;
+    const auto in_all = [&](Entity e) { return made[one.bodies.slot(e)]; };
+    const bool is_there = only < 0 || only == n;
+    for (std::uint32_t i = 0; i < one.bodies.size(); ++i) {
+      Body b = one.bodies.values()[i];
+      const Vec3 velocity = speed * dice.in_cube(0.3), spin = speed * dice.in_cube(1);
+      if (b.motion == Motion::dynamic) b.velocity += velocity, b.angular_velocity += spin;
+      if (!is_there) continue;
+      made.push_back(all.add_body(b));
+      if (const auto* path = one.paths.find(one.bodies.owners()[i])) all.paths.add(made[i], *path);
+    }
+    if (!is_there) continue;
+    for (const Link& l : one.links.values()) add_link(all, {in_all(l.a), in_all(l.b), l.joint});
+    for (const Cable& c : one.cables.values()) add_cable(all, {in_all(c.a), in_all(c.b), c.joint});
+    for (Pin pin : one.pins.values()) pin.body = in_all(pin.body), all.add_pin(pin);
+  }
+  return all;
+}
+
+/// A trunk with two arms on strings from a bar that sways; one of the strings stretches.
+World hung_puppet(Real slack) {
+  Puppet p = swaying_puppet();
+  World& w = p.world;
+  while (!w.pins.empty()) w.destroy(w.pins.owners().front());
+  w.destroy(p.free);
+  for (Cable& c : w.cables.values()) c.joint.length += slack;
+  return w;
+}
+
+World tree(bool held, bool chain, Real drag) {
+  Random dice(3);
+  TreeSpec spec;
+  spec.bodies = 9, spec.decades = 0.4, spec.held = held, spec.chain = chain, spec.drag = drag;
+  return random_tree(spec, dice).world;
+}
+
+/// A heavy rod on a light one that hangs by a string: its impulse turns the string.
+World light_above_heavy() {
+  Chain c = hung_chain(2);
+  World& w = c.world;
+  for (const Entity link : c.links) w.destroy(link);
+  add_link(w, {c.rods[0], c.rods[1], {{kHalfLink, 0, 0}, {-kHalfLink, 0, 0}}});
+  add_cable(w, {c.hook, c.rods[0], {Vec3(0), {-kHalfLink, 0, 0}, 0.001, 0}});
+  w.bodies[c.rods[0]].mass = 1e-4, w.bodies[c.rods[0]].inertia *= 2e-4;
+  return w;
+}
+
+/// Steps all copies together, and each alone; the first difference, or nothing.
+std::string difference(const World& one, Real speed, int steps, Real h = 1.0 / 60) {
+  Simulation together(copies_of(one, speed), {h});
+  for (int i = 0; i < steps; ++i) together.step();
+  const std::size_t count = one.bodies.size();
+  for (int n = 0; n < kMany; ++n) {
+    Simulation alone(copies_of(one, speed, n), {h});
+    for (int i = 0; i < steps; ++i) alone.step();
+    for (std::size_t i = 0; i < count; ++i) {
+      const Body &a = alone.world.bodies.values()[i],
+                 &b = together.world.bodies.values()[static_cast<std::size_t>(n) * count + i];
+      if (a.pose.position != b.pose.position || a.pose.rotation != b.pose.rotation ||
+          a.velocity != b.velocity || a.angular_velocity != b.angular_velocity)
+        return "copy " + std::to_string(n) + " body " + std::to_string(i) + " off by " +
+               std::to_string(glm::length(a.pose.position - b.pose.position));
+    }
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("a crowd of trees moves as each alone") {
+  for (const bool held : {true, false})
+    for (const bool chain : {true, false})
+      for (const Real drag : {0.0, 0.4}) {
+        CAPTURE(held, chain, drag);
+        CHECK(difference(tree(held, chain, drag), 1, 60) == "");
+      }
+  // Wild: steps are taken in parts, which differ.
+  CHECK(difference(tree(true, false, 0), 60, 30) == "");
+  CHECK(difference(tree(false, true, 0), 60, 30) == "");
+}
+
+TEST_CASE("a crowd of single bodies moves as each alone") {
+  World one;
+  Body b = rod({0, 0, 0});
+  b.inertia = {0.001, 0.002, 0.0025};
+  one.add_body(b);
+  for (const Real spin : {1.0, 30.0, 300.0}) {
+    CAPTURE(spin);
+    CHECK(difference(one, spin, 60) == "");
+  }
+}
+
+TEST_CASE("a crowd of puppets on strings moves as each alone") {
+  CHECK(difference(hung_puppet(0), 1, 180) == "");
+  CHECK(difference(hung_puppet(0), 1, 180, 1.0 / 240) == "");
+  // Slack strings that come to their lengths at times of their own, with blows.
+  CHECK(difference(hung_puppet(0.05), 5, 120) == "");
+  CHECK(difference(light_above_heavy(), 1, 60) == "");
+}
+
+TEST_CASE("a crowd moves alike on any number of threads") {
+  if (!has_threads()) return;
+  std::vector<std::uint64_t> hashes;
+  for (const int threads : {1, 2, 4}) {
+    Simulation sim(copies_of(hung_puppet(0.05), 5), {1.0 / 60, 1, threads});
+    for (int i = 0; i < 60; ++i) sim.step();
+    hashes.push_back(state_hash(sim.world));
+  }
+  CHECK(hashes[0] == hashes[1]);
+  CHECK(hashes[0] == hashes[2]);
+}
+
+TEST_CASE("one of a crowd that changes goes on as it would alone") {
+  const auto run = [](int only) {
+    Simulation sim(copies_of(hung_puppet(0), 1, only), {1.0 / 60});
+    const std::size_t first = only < 0 ? 2 * 4 : 0, cable = only < 0 ? 2 * 3 : 0;
+    for (int i = 0; i < 90; ++i) {
+      // Pushed; then a string that could not stretch can; then it has another length.
+      if (i == 20) sim.world.bodies.values()[first + 1].velocity += Vec3(0, 1, 0);
+      if (i == 40) sim.world.cables.values()[cable].joint.compliance = 1e-3;
+      if (i == 60) sim.world.cables.values()[cable].joint.length += 0.05;
+      sim.step();
+    }
+    return sim.world.bodies.values()[first + 2];
+  };
+  const Body together = run(-1), alone = run(2);
+  CHECK(together.pose.position == alone.pose.position);
+  CHECK(together.velocity == alone.velocity);
+}
