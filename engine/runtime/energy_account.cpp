@@ -27,22 +27,6 @@ constexpr Real kThrowing = 0.25, kThrown = 4;
 /// m: a place that is held moves no more in a substep.
 constexpr Real kStill = 1e-6;
 
-struct Energies {
-  Real kinetic = 0, all = 0;  // J
-  Vec3 angular_momentum{0};   // about the world's origin
-  Vec3 spin{0};               // likewise, about the mass centre
-};
-Energies energies_of(const World& world, const Body& b) {
-  const Vec3 spin =
-      b.pose.rotation * (b.inertia * (glm::conjugate(b.pose.rotation) * b.angular_velocity));
-  Energies e;
-  e.kinetic =
-      0.5 * (b.mass * glm::dot(b.velocity, b.velocity) + glm::dot(spin, b.angular_velocity));
-  e.all = e.kinetic - b.mass * b.gravity_scale * glm::dot(world.gravity, b.pose.position);
-  e.spin = spin, e.angular_momentum = spin + b.mass * glm::cross(b.pose.position, b.velocity);
-  return e;
-}
-
 bool is_dynamic(const Body& b) { return b.motion == Motion::dynamic; }
 
 Real size_of(const World& world, Entity e, const Body& b) {
@@ -50,21 +34,7 @@ Real size_of(const World& world, Entity e, const Body& b) {
   return std::max(shapes ? contact::extent_of(*shapes) : 0, radius_of_gyration(b.inertia, b.mass));
 }
 
-/// Before, after and on the way.
-struct Speeds {
-  Vec3 before, after, mean;
-};
-/// The most of a force times speed, W.
-Real most_power(Vec3 force, const Speeds& v) {
-  return std::max({glm::dot(force, v.mean), glm::dot(force, v.before), glm::dot(force, v.after)});
-}
-
 }  // namespace
-
-Real kinetic_energy(const Body& b) {
-  const Vec3 spin = glm::conjugate(b.pose.rotation) * b.angular_velocity;
-  return 0.5 * (b.mass * glm::dot(b.velocity, b.velocity) + glm::dot(spin, b.inertia * spin));
-}
 
 void EnergyAccount::hold(std::uint32_t group, std::uint32_t by) {
   std::uint32_t& held_by = groups_[group].held_by;
@@ -94,7 +64,7 @@ void EnergyAccount::join(std::uint32_t a, std::uint32_t b) {
   a = sets_.root(a), b = sets_.root(b);
   if (a == b) return;
   if (b < a) std::swap(a, b);
-  sets_.join(a, b);
+  sets_.join(a, b), knows_roots_ = false;
   Group &to = groups_[a], &from = groups_[b];
   hold(a, from.held_by);
   to.is_asked = to.is_asked && from.is_asked;
@@ -117,7 +87,7 @@ void EnergyAccount::join(std::uint32_t a, std::uint32_t b) {
 
 void EnergyAccount::compile(const World& world) {
   const std::size_t count = world.bodies.size();
-  sets_.reset(count);
+  sets_.reset(count), knows_roots_ = false;
   bodies_.assign(count, {}), groups_.assign(count, {});
   const Real g = glm::length(world.gravity);
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -128,7 +98,7 @@ void EnergyAccount::compile(const World& world) {
     groups_[i].slack_spin = kSlowTurn * b.mass * (lift / kLift) * (lift / kLift);
     groups_[i].touched = groups_[i].jerked = kTouched;  // joints may jerk
   }
-  holds_.clear();
+  holds_.clear(), roots_.reserve(count);
   for (const Link& l : world.links.values()) attach(world, {l.a, l.b});
   for (const Cable& c : world.cables.values()) {
     attach(world, {c.a, c.b});
@@ -210,8 +180,7 @@ void EnergyAccount::note_start(const World& world, Real h) {
     if (!is_dynamic(b)) continue;
     if (Group& g = groups_[sets_.root(i)]; b.restart) g.touched = g.jerked = kTouched;
     const Energies e = energies_of(world, b);
-    s.energy = e.all, s.kinetic = e.kinetic;
-    s.angular_momentum = e.angular_momentum;
+    s.energy = e.all, s.kinetic = e.kinetic, s.spin = e.spin;
     s.force = s.torque = Vec3(0);
   }
   for (std::size_t i = 0; i < world.forces.size(); ++i) {
@@ -222,6 +191,14 @@ void EnergyAccount::note_start(const World& world, Real h) {
   }
 }
 
+void EnergyAccount::list_roots() {
+  if (knows_roots_) return;
+  roots_.clear();
+  for (std::uint32_t i = 0; i < groups_.size(); ++i)
+    if (sets_.root(i) == i) roots_.push_back(i);
+  knows_roots_ = true;
+}
+
 void EnergyAccount::end_substep(const World& world, Real h) {
   if (!begun_ || built_for_ != world.structure()) return;
   begun_ = false;
@@ -229,9 +206,12 @@ void EnergyAccount::end_substep(const World& world, Real h) {
     if (c.active && is_dynamic(world.bodies.values()[c.slot_a]) &&
         is_dynamic(world.bodies.values()[c.slot_b]))
       join(c.slot_a, c.slot_b);
-  for (Group& g : groups_)
+  list_roots();
+  for (const std::uint32_t root : roots_) {
+    Group& g = groups_[root];
     g.change = g.paid = g.kinetic = g.kinetic_before = g.worked = g.rise = 0, g.is_pressed = false,
     g.momentum = g.angular = Vec3(0), g.before = g.now = {};
+  }
   add_bodies(world, h);
   add_contacts(world, h);
   add_stores(world, h);
@@ -240,39 +220,6 @@ void EnergyAccount::end_substep(const World& world, Real h) {
   add_leads(world, h);
   close(world, h);
   is_new_ = false;
-}
-
-void EnergyAccount::add_bodies(const World& world, Real h) {
-  for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
-    const Body& b = world.bodies.values()[i];
-    if (!is_dynamic(b)) continue;
-    const Start& s = bodies_[i];
-    Group& g = groups_[sets_.root(i)];
-    const Energies e = energies_of(world, b);
-    g.kinetic += e.kinetic, g.kinetic_before += s.kinetic, g.rise += e.all - s.energy;
-    const Vec3 way = (b.pose.position - s.pose.position) / h;
-    const Vec3 middle = 0.5 * (b.pose.position + s.pose.position);
-    const Vec3 spin = angular_velocity_between(s.pose.rotation, b.pose.rotation, h);
-    if (s.force != Vec3(0) || s.torque != Vec3(0)) {
-      const Real work = h * (most_power(s.force, {s.velocity, b.velocity, way}) +
-                             most_power(s.torque, {s.angular_velocity, b.angular_velocity, spin}));
-      g.change -= work, g.exchanged += std::abs(work), g.worked += std::abs(work);
-    }
-    g.now.mass += b.mass, g.now.first += b.mass * b.pose.position;
-    g.now.momentum += b.mass * b.velocity, g.now.angular += e.angular_momentum;
-    g.now.spins += glm::length(e.spin);
-    g.before.mass += b.mass, g.before.first += b.mass * s.pose.position;
-    g.before.momentum += b.mass * s.velocity, g.before.angular += s.angular_momentum;
-    g.paid += 2 * h * b.drag * std::max(e.kinetic, s.kinetic);
-    g.is_slowed = g.is_slowed || b.drag > 0;
-    const Vec3 slowed = b.drag * b.mass * way;  // N, by drag
-    const Vec3 known = s.force + b.mass * b.gravity_scale * world.gravity - slowed;
-    g.now.force += known, g.now.torque += glm::cross(middle, known) + s.torque;
-    g.momentum += b.mass * (b.velocity - s.velocity) - h * known;
-    g.angular +=
-        e.angular_momentum - s.angular_momentum - h * (glm::cross(middle, known) + s.torque) +
-        h * b.drag * (b.pose.rotation * (b.inertia * (glm::conjugate(b.pose.rotation) * spin)));
-  }
 }
 
 /// The most that a contact took by its force and the speeds of its place, at the start and at the
@@ -410,9 +357,9 @@ void EnergyAccount::add_cable_blows(const World& world, Real h) {
 
 /// What led bodies, and hands that hold a place, do to those that they hold.
 void EnergyAccount::add_leads(const World& world, Real h) {
-  for (std::uint32_t i = 0; i < groups_.size(); ++i) {
-    Group& g = groups_[i];
-    if (g.held_by == kNobody || g.held_by == kSeveral || sets_.root(i) != i) continue;
+  for (const std::uint32_t root : roots_) {
+    Group& g = groups_[root];
+    if (g.held_by == kNobody || g.held_by == kSeveral) continue;
     const auto& [from, to, faster] = way_of(world, g.held_by);
     const Vec3 middle = 0.5 * (from.position + to.position);
     const Vec3 torque = g.angular - glm::cross(middle, g.momentum);
@@ -426,10 +373,10 @@ void EnergyAccount::add_leads(const World& world, Real h) {
 }
 
 void EnergyAccount::close(const World& world, Real h) {
-  for (std::uint32_t i = 0; i < groups_.size(); ++i) {
-    Group& g = groups_[i];
+  for (const std::uint32_t root : roots_) {
+    Group& g = groups_[root];
     g.change += g.rise;
-    if (sets_.root(i) != i || !std::isfinite(g.change)) continue;
+    if (!std::isfinite(g.change)) continue;
     g.level += g.rise, g.lowest = std::min(g.lowest, g.level);
     close_flight(world, g, h);
     g.greatest = std::max({g.greatest, g.kinetic, g.kinetic_before});
@@ -443,7 +390,7 @@ void EnergyAccount::close(const World& world, Real h) {
     g.has_gained = (g.balance > may || thrown) && g.gain() > may;
     close_losses(g, h);
     if ((g.has_gained || g.has_lost || g.has_turned || g.is_flung) && g.fastest == kNoSlot)
-      find_fastest(world, i);
+      find_fastest(world, root);
   }
 }
 

@@ -50,7 +50,8 @@ class EnergyAccount {
   /// Calls `tell(change)` for all that changed by more than it may.
   template <class Tell>
   void each_change(const World& world, const Tell& tell) const {
-    for (const Group& g : groups_) {
+    for (const std::uint32_t root : roots_) {
+      const Group& g = groups_[root];
       if (g.fastest >= world.bodies.size()) continue;
       const auto body = [&] { return world.bodies.owners()[g.fastest]; };
       if (g.has_gained) tell(Change{Change::Kind::gain, body(), g.gain()});
@@ -114,8 +115,24 @@ class EnergyAccount {
     Pose pose;  // of led bodies before they were led
     Vec3 velocity{0}, angular_velocity{0};
     Real energy = 0, kinetic = 0;  // J
-    Vec3 angular_momentum{0};      // about the world's origin
+    Vec3 spin{0};                  // kg m^2/s, about its mass centre
     Vec3 force{0}, torque{0};
+  };
+  /// Of a body.
+  struct Energies {
+    Real kinetic = 0, all = 0;  // J
+    Vec3 spin{0};               // kg m^2/s, about the mass centre
+  };
+  static Energies energies_of(const World& world, const Body& body);
+  /// Of bodies of a group, in a substep.
+  struct Sums {
+    Moments before, now;                                       // forces: without the weight
+    Real kinetic = 0, kinetic_before = 0, rise = 0, paid = 0;  // J: see Group
+    Real work = 0, works = 0;                                  // J, by forces; of their sizes
+    Real weight = 0;                                           // kg, that gravity acts on
+    Vec3 weight_first{0};                                      // kg m, of that on the way
+    Vec3 slowed_spin{0};                                       // N m, by drag
+    bool is_slowed = false;
   };
 
   struct Hold {
@@ -130,7 +147,10 @@ class EnergyAccount {
   void hold(std::uint32_t group, std::uint32_t by);
   void attach(const World& world, std::initializer_list<Entity> bodies);
   void find_losses(const World& world);
+  void list_roots();
   void add_bodies(const World& world, Real h);
+  void add_body(const World& world, std::uint32_t slot, Real h, Sums& sums) const;
+  static void add_sums(const World& world, const Sums& sums, Group& group, Real h);
   void add_contacts(const World& world, Real h);
   static bool stands(const Body& b, const Start& from);
   Real taken_by(const World& world, const Contact& contact, Real h) const;
@@ -150,6 +170,8 @@ class EnergyAccount {
   DisjointSets sets_{0};
   std::vector<Start> bodies_;
   std::vector<Group> groups_;
+  std::vector<std::uint32_t> roots_;  // of the groups that are left
+  bool knows_roots_ = false;
   std::vector<EnergyStore> stores_;
   std::vector<Hold> holds_;
   /// How a cable was.
