@@ -36,9 +36,14 @@
 #define PANTIN_COMPILER "unknown"
 #endif
 
-// Whether the processor this runs on has AVX2; asked only where the AVX2 kernels are built.
+// Whether the processor this runs on has AVX2, or AVX-512; asked only where kernels for it are
+// built.
 #ifdef __GNUC__
 #define PANTIN_CPU_HAS_AVX2() __builtin_cpu_supports("avx2")
+#define PANTIN_CPU_HAS_AVX512()                                               \
+  (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") && \
+   __builtin_cpu_supports("avx512dq"))
 #else
 #define PANTIN_CPU_HAS_AVX2() false
+#define PANTIN_CPU_HAS_AVX512() false
 #endif

@@ -1,6 +1,7 @@
 #pragma once
-/// Four and two doubles side by side: arithmetic, comparisons to a mask, `choose` by a mask, [].
-/// Either the compiler's vectors or plain arrays, with the same bits; see compiler.hpp.
+/// Four and two doubles side by side, and eight where the machine has registers for them:
+/// arithmetic, comparisons to a mask, `choose` by a mask, []. Either the compiler's vectors or
+/// plain arrays, with the same bits; see compiler.hpp.
 ///
 /// Without a name that another unit could share: what includes this is built for several
 /// instruction sets, and the linker must not keep the code of one of them for everybody.
@@ -16,6 +17,17 @@ namespace {
 typedef double Four __attribute__((vector_size(32)));
 typedef double Two __attribute__((vector_size(16)));
 typedef double UnalignedFour __attribute__((vector_size(32), aligned(8), may_alias));
+
+#ifdef __AVX512F__
+#define PANTIN_HAS_EIGHT
+typedef double Eight __attribute__((vector_size(64)));
+typedef double UnalignedEight __attribute__((vector_size(64), aligned(8), may_alias));
+
+PANTIN_INLINE Eight load_eight(const double* p) {
+  return *reinterpret_cast<const UnalignedEight*>(p);
+}
+PANTIN_INLINE void store_eight(double* p, Eight v) { *reinterpret_cast<UnalignedEight*>(p) = v; }
+#endif
 
 PANTIN_INLINE Four load_four(const double* p) { return *reinterpret_cast<const UnalignedFour*>(p); }
 PANTIN_INLINE void store_four(double* p, Four v) { *reinterpret_cast<UnalignedFour*>(p) = v; }
@@ -82,6 +94,11 @@ PANTIN_INLINE LanesOf<T, N>& operator-=(LanesOf<T, N>& a, Other b) {
 template <class T, int N, class Other>
 PANTIN_INLINE LanesOf<T, N>& operator*=(LanesOf<T, N>& a, Other b) {
   return a = a * b;
+}
+template <int N>
+PANTIN_INLINE LanesOf<long long, N> operator|(LanesOf<long long, N> a, LanesOf<long long, N> b) {
+  for (int i = 0; i < N; ++i) a.lane[i] |= b.lane[i];
+  return a;
 }
 template <int N>
 PANTIN_INLINE LanesOf<long long, N> operator&(LanesOf<long long, N> a, LanesOf<long long, N> b) {

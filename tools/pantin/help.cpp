@@ -20,7 +20,7 @@ constexpr Variable kEnvironment[] = {
      "way to OpenGL, as for --gl, where an option does not say it: surfaceless, device "
      "or osmesa"},
     {"PANTIN_KERNELS",
-     "instruction set of the inner loops: baseline or avx2; by default the best "
+     "instruction set of the inner loops: baseline, avx2 or avx512; by default the best "
      "that the processor has. The numbers are the same"},
     {"NO_COLOR", "set: no bold letters"},
     {"DISPLAY, WAYLAND_DISPLAY", "the display for the window of pantin view"},

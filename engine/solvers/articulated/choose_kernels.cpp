@@ -11,9 +11,16 @@ extern const Kernels kernels_baseline;
 #ifdef PANTIN_HAS_AVX2
 extern const Kernels kernels_avx2;
 #endif
+#ifdef PANTIN_HAS_AVX512
+extern const Kernels kernels_avx512;
+#endif
 
 const Kernels* const* all_kernels() {
   static const Kernels* const kBaselineOnly[] = {&kernels_baseline, nullptr};
+#ifdef PANTIN_HAS_AVX512
+  static const Kernels* const kAll[] = {&kernels_baseline, &kernels_avx2, &kernels_avx512, nullptr};
+  if (PANTIN_CPU_HAS_AVX512()) return kAll;
+#endif
 #ifdef PANTIN_HAS_AVX2
   static const Kernels* const kBoth[] = {&kernels_baseline, &kernels_avx2, nullptr};
   if (PANTIN_CPU_HAS_AVX2()) return kBoth;

@@ -251,7 +251,8 @@ inline Vec3 response_rotation(const Island& a, std::size_t c, Vec3 translation) 
 /// The literal rule, root to leaf, into the final poses.
 void literal_sweep(Island& a, Real h);
 
-/// A point of a body that this solver does not move, a step before.
+/// A body that this solver does not move, a step before; a point of it.
+Pose pose_before(const World& world, std::uint32_t slot, Real h);
 Vec3 point_before(const World& world, std::uint32_t slot, Vec3 anchor, Real h);
 /// Of steps that do not conserve energy (watch.cpp): the energy of an island before a step; whether
 /// the step raised it severalfold above that and what kinematic bodies and forces supplied

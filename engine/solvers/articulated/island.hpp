@@ -103,6 +103,7 @@ struct StepScratch {
   std::vector<BodyPush> pushes;          // a body each, where any is solid
   std::vector<Vec3> velocities;          // a body each: at the start, while energy is watched
   std::vector<ConservingTie> ties;
+  std::vector<TieRows> tie_sets;                 // of each tie, its rows
   std::vector<ConservingSum> conserving_sums;    // a body each, where joints constrain rotations
   std::vector<ConservingNode> conserving_nodes;  // likewise
   Real tie_yield = 0;                            // of the rigid ones: see conserving_ties.cpp
@@ -309,11 +310,12 @@ struct IslandMemory {
 
 /// Decisions taken during the step.
 struct StepPlan {
-  bool forced = false;             // external forces act
-  bool changed = false;            // the caller changed the motion
-  bool finite = true;              // the prediction is finite
-  bool in_group = false;           // steps with all that it touches: see step_group.cpp
-  bool in_crowd = false;           // side by side with others like it: see crowd.cpp
+  bool forced = false;     // external forces act
+  bool changed = false;    // the caller changed the motion
+  bool finite = true;      // the prediction is finite
+  bool in_group = false;   // steps with all that it touches: see step_group.cpp
+  bool conserves = false;  // is stepped by the energy-momentum method, if it touches nothing
+  bool in_crowd = false;   // side by side with others like it: see crowd.cpp
   std::uint32_t was = UINT32_MAX;  // its number before the last build, if that left it as it was
 };
 

@@ -34,6 +34,7 @@ const Kernels PANTIN_JOINED(kernels_, PANTIN_KERNELS) = {PANTIN_TEXT(PANTIN_KERN
                                                          sweep_and_update,
                                                          conserve,
                                                          conserve_lanes,
+                                                         kWide,
                                                          lane_numbers,
                                                          scale};
 

@@ -121,9 +121,6 @@ struct ConservingInput {
   double most_due;                 // of the energy found: a step that takes more of it is refused
 };
 
-struct TieMeeting {
-  std::uint32_t on_first, on_second;
-};
 /// Cables of islands alike that are stepped side by side: what is the same in all of them.
 struct LaneTies {
   struct Tie {
@@ -135,10 +132,9 @@ struct LaneTies {
   const Tie* ties;
   const TiePathStep* paths;
   std::size_t steps, longest;  // of all paths, of one
-  /// The bodies that the paths of two cables share, by their steps on both: of the cables n and m
-  /// from meeting_starts[n * count + m] to the next start.
-  const TieMeeting* meetings;
-  const std::uint32_t* meeting_starts;
+  /// The steps of all paths, sorted by their places: those of a place (a column, or that of a free
+  /// root) from place_starts[place] to the next start; where a step is among them, and its cable.
+  const std::uint32_t *place_starts, *positions, *tie_at;
 };
 /// What a cable that cannot stretch does in a lane, as a number of its table.
 inline constexpr double kSlackTie = 0, kTautTie = 1, kStrikingTie = 2;
@@ -151,9 +147,7 @@ struct LaneIsland {
   double yield;           // see StepScratch::tie_yield
   void* context;
   int* iterations;
-  double* factors;            // kTieFactor a body
-  double *matrix, *solution;  // of the cables' equations
-  bool (*solve)(void* context, std::size_t rows);
+  double* factors;  // kTieFactor a body
   /// After an iteration in which a cable became taut: whether the part has to end where it does.
   bool (*is_hit_early)(void* context);
   /// After the iterations: the same of all that became taut on the way.
@@ -167,16 +161,16 @@ struct LaneIsland {
 /// What became of a step: refused; taken, and all written; or to be tried alone.
 enum class LaneOutcome : std::uint8_t { refused, taken, alone };
 
-/// Up to kLanes islands alike: as many bodies, on joints between the same columns, and as many
-/// cables of the same kind between these; no forces, and no other ties. Lanes beyond `count` are
-/// not looked at.
+/// Up to Kernels::lanes islands alike: as many bodies, on joints between the same columns, and as
+/// many cables of the same kind between these; no forces, and no other ties. Lanes beyond `count`
+/// are not looked at.
 struct ConservingLanes {
   std::size_t count;
   const LaneIsland* islands;
   const LaneTies* ties;     // or null
-  double* tie_table;        // of their cables, kLaneCableRows rows of kLanes each
+  double* tie_table;        // of their cables, kLaneCableRows rows of Kernels::lanes each
   std::uint32_t* tie_rows;  // one each
-  double* tie_gains;        // kLanes each
+  double* tie_gains;        // Kernels::lanes each
   double* memory;           // lane_numbers() of it
   LaneOutcome* outcomes;    // one for each island
 };
@@ -211,6 +205,7 @@ struct Kernels {
   /// The same of islands side by side, each in a lane of its own: the bits of a lane do not depend
   /// on what the others hold.
   void (*conserve_lanes)(const ConservingLanes&);
+  std::size_t lanes;  // at most so many
   /// Numbers of memory that this needs.
   std::size_t (*lane_numbers)(std::size_t bodies, std::size_t trees, const LaneTies* ties);
   /// Scales all velocities; translation relative to `mean`.

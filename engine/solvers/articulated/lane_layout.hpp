@@ -17,6 +17,8 @@ struct Children {
 
 /// Bodies per vector. Tables store blocks of `kLanes` columns row by row.
 inline constexpr std::size_t kLanes = 4;
+/// Islands side by side, at most, with the widest registers.
+inline constexpr std::size_t kMostAbreast = 8;
 
 /// Rows of Island::constants.
 enum Constant : std::size_t {
@@ -121,6 +123,8 @@ enum LaneCableRow : std::size_t {
   kCableActs,      // 1: has a row, else 0
   kLaneCableRows
 };
+/// Of its row: a pivot on the diagonal of the ties' equations that is large enough.
+inline constexpr double kSafePivot = 1e-3;
 /// A body between a tie and its roots, or the place of a free root, whose column is then that of
 /// the root and the number of bodies. `parent`: where on the path its parent follows.
 struct TiePathStep {

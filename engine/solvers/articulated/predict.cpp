@@ -113,7 +113,7 @@ Entity find_unsound(const World& world, const Island& a) {
 }
 
 void update(World& world, Island& a, Real h) {
-  a.scratch.predicted = true;
+  a.scratch.predicted = true, a.conserves = false;
   if (a.unfit || find_unsound(world, a)) {
     a.finite = false;
     return predict_still(world, a);
@@ -130,7 +130,8 @@ void update(World& world, Island& a, Real h) {
   collect_forces(world, a);
   a.finite = true;
   // Without anything to touch, the energy-momentum method needs no prediction.
-  if (!world.collisions.empty() || !conserves(world, a)) predict_motion(world, a, h);
+  a.conserves = conserves(world, a);
+  if (!world.collisions.empty() || !a.conserves) predict_motion(world, a, h);
 }
 
 }  // namespace pantin::detail::articulated

@@ -102,7 +102,7 @@ bool adjust(World& world, Island& a, Real h, Entity& lost) {
     keep_sleeping_contacts(world, a, h);
     return true;
   }
-  if (conserves(world, a)) return step_conserving(world, a, h, lost);
+  if (a.conserves && a.finite) return step_conserving(world, a, h, lost);
   if (a.swept_steps > 0) --a.swept_steps;
   return close_by_sweeps(world, a, h, lost);
 }

@@ -47,9 +47,12 @@ Vec3 point_on(const World& world, std::uint32_t slot, Vec3 anchor) {
   return to_world(world.bodies.values()[slot].pose, anchor);
 }
 
-Vec3 point_before(const World& world, std::uint32_t slot, Vec3 anchor, Real h) {
+Pose pose_before(const World& world, std::uint32_t slot, Real h) {
   const Body& b = world.bodies.values()[slot];
-  return to_world(b.teleport ? b.pose : contact::pose_before(b, h), anchor);
+  return b.teleport ? b.pose : contact::pose_before(b, h);
+}
+Vec3 point_before(const World& world, std::uint32_t slot, Vec3 anchor, Real h) {
+  return to_world(pose_before(world, slot, h), anchor);
 }
 
 }  // namespace pantin::detail::articulated

@@ -7,21 +7,24 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// State of four bodies at the start of a step, after half its drag.
+/// State of bodies side by side at the start of a step, after half its drag.
+template <class F>
 struct StartState {
-  Vec<Four> x, v, w;
-  Qua<Four> q;
+  Vec<F> x, v, w;
+  Qua<F> q;
 };
 
-/// Parents of four bodies: rotations at the start and at the iterate, arms at the iterate.
+/// Parents of bodies side by side: rotations at the start and at the iterate, arms at the iterate.
+template <class F>
 struct ParentState {
-  Qua<Four> q0, q1;
-  Vec<Four> end_arm, mean_arm;
+  Qua<F> q0, q1;
+  Vec<F> end_arm, mean_arm;
 };
 
 class BodyLanes {
  public:
   using Number = double;                          // along the joints
+  using Wide = Four;                              // elsewhere
   static constexpr std::size_t kAtOnce = kLanes;  // bodies of an island in a vector
   static constexpr int kIslands = 1;
   static constexpr bool kHooks = true;  // may have joints that constrain rotations
@@ -50,7 +53,7 @@ class BodyLanes {
   const double* ways() const { return in.ways; }
   const double* anchor_velocities() const { return in.anchor_velocities; }
 
-  INLINE StartState start(std::size_t i) {
+  INLINE StartState<Four> start(std::size_t i) {
     const FourBodies bodies(p, i);
     const Four keep = damping_.of(num<Four>(constants(i), kDrag));
     return {bodies.vec(p.layout.position), keep * bodies.vec(p.layout.velocity),
@@ -64,9 +67,10 @@ class BodyLanes {
   }
 
   /// The parents of a block, lane by lane; roots use their own state.
-  INLINE ParentState parents_of(std::size_t i, const StartState& own) const {
+  INLINE ParentState<Four> parents_of(std::size_t i, const StartState<Four>& own) const {
     const double* k = work(i);
-    ParentState s{own.q, qua<Four>(k, kEndRotation), vec<Four>(k, kEndArm), vec<Four>(k, kMeanArm)};
+    ParentState<Four> s{own.q, qua<Four>(k, kEndRotation), vec<Four>(k, kEndArm),
+                        vec<Four>(k, kMeanArm)};
     for (std::size_t l = 0; l < kLanes; ++l) {
       const std::int32_t parent = p.parents[i + l];
       if (parent < 0) continue;

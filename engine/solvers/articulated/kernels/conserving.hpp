@@ -27,8 +27,9 @@ struct ConservingStep : ConservingIterate<Lanes> {
   using Iterate = ConservingIterate<Lanes>;
   using Iterate::constants, Iterate::work, Iterate::memory, Iterate::parent, Iterate::count;
   using Iterate::due_, Iterate::work_, Iterate::weight_, Iterate::probe_, Iterate::turned2_;
-  using Iterate::lanes, Iterate::in, Iterate::h, Iterate::h4, Iterate::per, Iterate::kWide;
+  using Iterate::lanes, Iterate::in, Iterate::h, Iterate::h4, Iterate::per, Iterate::kNumber;
   using typename Iterate::N;
+  using typename Iterate::P;
   /// Cayley's vector of a turn by 2 rad.
   static constexpr double kMostTurned = 3.11;
 
@@ -80,17 +81,17 @@ struct ConservingStep : ConservingIterate<Lanes> {
     for_each_island([&](Course& c, int l) {
       if (c.runs && fails[l]) stop(l, End::failed);
     });
-    Four most = all(0);
+    P most = all<P>(0);
     typename Lanes::Sum probe;
     for (std::size_t i = 0; i < count(); i += Lanes::kAtOnce) {
       double* k = work(i);
-      Vec<Four> t = vec<Four>(memory(i), kTurnBy);
-      const Four t2 = lanes.mask_of(i) * dot(t, t);
+      Vec<P> t = vec<P>(memory(i), kTurnBy);
+      const P t2 = lanes.mask_of(i) * dot(t, t);
       most = choose(t2 > most, t2, most), probe.add(i, t2);
-      t = choose(t2 > 1.0, 1.0 / root(t2), all(1.0)) * t;
-      const Qua<Four> before = qua<Four>(k, kEndRotation);
+      t = choose(t2 > 1.0, 1.0 / root(t2), all<P>(1.0)) * t;
+      const Qua<P> before = qua<P>(k, kEndRotation);
       put(k, kEndRotation,
-          lanes.running(unit(mul(Qua<Four>{0.5 * t.x, 0.5 * t.y, 0.5 * t.z, all(1)}, before)),
+          lanes.running(unit(mul(Qua<P>{0.5 * t.x, 0.5 * t.y, 0.5 * t.z, all<P>(1)}, before)),
                         before));
     }
     const N sums = probe.total(), largests = Lanes::largest_of(most);
@@ -182,7 +183,7 @@ struct ConservingStep : ConservingIterate<Lanes> {
     for (std::size_t i = 0; i < count(); ++i) {
       if (parent(i) >= 0) continue;
       if (parent(i) == kHeld) sum += share * dot(vec<N>(memory(i), kLambda), get_vec<N>(moved, 0));
-      moved += 3 * kWide;
+      moved += 3 * kNumber;
     }
     return sum;
   }
@@ -269,18 +270,18 @@ struct ConservingStep : ConservingIterate<Lanes> {
       lanes.set_outcome(l, c.solved ? LaneOutcome::taken : LaneOutcome::refused);
     });
     if (!lanes.any_taken()) return;
-    const Four factor = Lanes::factors_of(factors);
+    const P factor = Lanes::factors_of(factors);
     for (std::size_t i = 0; i < count(); i += Lanes::kAtOnce) write_back(i, factor);
   }
   /// Twice the kinetic energy of a block by its projected velocities, J.
-  INLINE Four twice_kinetic(std::size_t i) const {
+  INLINE P twice_kinetic(std::size_t i) const {
     const double* k = work(i);
     const double* c = constants(i);
     const double* m = memory(i);
-    const Vec<Four> w = vec<Four>(m, kTurnBy);
-    const Vec<Four> v = vec<Four>(m, kMove) + cross(w, vec<Four>(k, kEndArm));
-    const Vec<Four> l = times_inertia(qua<Four>(k, kEndRotation), vec<Four>(c, kInertia), w);
-    return lanes.mask_of(i) * (num<Four>(c, kMass) * dot(v, v) + dot(l, w));
+    const Vec<P> w = vec<P>(m, kTurnBy);
+    const Vec<P> v = vec<P>(m, kMove) + cross(w, vec<P>(k, kEndArm));
+    const Vec<P> l = times_inertia(qua<P>(k, kEndRotation), vec<P>(c, kInertia), w);
+    return lanes.mask_of(i) * (num<P>(c, kMass) * dot(v, v) + dot(l, w));
   }
   /// Position of the joint of body i at the end.
   INLINE void put_joint(std::size_t i, const double*& target) const {
@@ -293,25 +294,25 @@ struct ConservingStep : ConservingIterate<Lanes> {
     else
       joint = lanes.position(i) - (2.0 * vec<N>(k, kMeanArm) - vec<N>(k, kEndArm)) +
               vec<N>(k, kJointWay);
-    if (parent(i) < 0) target += 3 * kWide;
+    if (parent(i) < 0) target += 3 * kNumber;
     put(k, kEndJoint, joint);
   }
-  INLINE void write_back(std::size_t i, Four factor) {
+  INLINE void write_back(std::size_t i, P factor) {
     const double* k = work(i);
     double* m = memory(i);
     const BodyLayout& at = lanes.p.layout;
-    const Four keep = lanes.half_drag(i);
-    const Vec<Four> x = vec<Four>(k, kEndJoint) + vec<Four>(k, kEndArm);
-    const Qua<Four> q = qua<Four>(k, kEndRotation);
-    const Vec<Four> w = factor * vec<Four>(m, kTurnBy);
-    const Vec<Four> v = keep * (factor * vec<Four>(m, kMove) + cross(w, vec<Four>(k, kEndArm)));
-    const Vec<Four> turned = vec<Four>(m, kTurned);  // by 2 atan(t / 2) = t - t^3 / 12 + t^5 / 80
-    const Four t2 = dot(turned, turned);
+    const P keep = lanes.half_drag(i);
+    const Vec<P> x = vec<P>(k, kEndJoint) + vec<P>(k, kEndArm);
+    const Qua<P> q = qua<P>(k, kEndRotation);
+    const Vec<P> w = factor * vec<P>(m, kTurnBy);
+    const Vec<P> v = keep * (factor * vec<P>(m, kMove) + cross(w, vec<P>(k, kEndArm)));
+    const Vec<P> turned = vec<P>(m, kTurned);  // by 2 atan(t / 2) = t - t^3 / 12 + t^5 / 80
+    const P t2 = dot(turned, turned);
     put(m, kLastRotation, (1.0 - t2 * (1.0 / 12) + t2 * t2 * (1.0 / 80)) * turned);
     put(m, kLastTranslation, x - lanes.start(i).x);
-    put(m, kLambda, (2.0 * h4) * vec<Four>(m, kLambda));
+    put(m, kLambda, (2.0 * h4) * vec<P>(m, kLambda));
     lanes.set_bodies(i, at.position, x);
-    lanes.set_bodies(i, at.rotation, Vec<Four>{q.x, q.y, q.z});
+    lanes.set_bodies(i, at.rotation, Vec<P>{q.x, q.y, q.z});
     lanes.set_bodies(i, at.rotation + 3, q.w);
     lanes.set_bodies(i, at.velocity, v);
     lanes.set_bodies(i, at.angular_velocity, keep * w);
@@ -331,6 +332,7 @@ bool conserve(const IslandView& p, const ConservingInput& in) {
   // The other passes expect an identity there.
   for (std::size_t i = p.count; i % kLanes != 0; ++i)
     put(column(p.work, kWorkRows, i), kAppliedRotation, Qua<double>{0, 0, 0, 1});
+  clear_padding(p);
   return lanes.any_taken();
 }
 

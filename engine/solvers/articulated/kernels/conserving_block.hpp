@@ -26,28 +26,31 @@ struct Axes {
   Vec<T> d[3];
 };
 /// The columns of the rotation matrix.
-INLINE Axes<Four> axes_of(Qua<Four> q) {
-  const Four xx = q.x * q.x, yy = q.y * q.y, zz = q.z * q.z, xy = q.x * q.y, xz = q.x * q.z,
-             yz = q.y * q.z, wx = q.w * q.x, wy = q.w * q.y, wz = q.w * q.z;
-  const Four one = all(1.0);
+template <class F>
+INLINE Axes<F> axes_of(Qua<F> q) {
+  const F xx = q.x * q.x, yy = q.y * q.y, zz = q.z * q.z, xy = q.x * q.y, xz = q.x * q.z,
+          yz = q.y * q.z, wx = q.w * q.x, wy = q.w * q.y, wz = q.w * q.z;
+  const F one = all<F>(1.0);
   return {{{one - 2.0 * (yy + zz), 2.0 * (xy + wz), 2.0 * (xz - wy)},
            {2.0 * (xy - wz), one - 2.0 * (xx + zz), 2.0 * (yz + wx)},
            {2.0 * (xz + wy), 2.0 * (yz - wx), one - 2.0 * (xx + yy)}}};
 }
-INLINE Vec<Four> along(const Axes<Four>& r, Vec<Four> v) {
+template <class F>
+INLINE Vec<F> along(const Axes<F>& r, Vec<F> v) {
   return v.x * r.d[0] + v.y * r.d[1] + v.z * r.d[2];
 }
 
 /// A sum of outer products a b^T, by rows.
+template <class F>
 struct Outer {
-  Vec<Four> x{all(0), all(0), all(0)}, y = x, z = x;
-  INLINE void add(Vec<Four> a, Vec<Four> b) { x = x + a.x * b, y = y + a.y * b, z = z + a.z * b; }
+  Vec<F> x{all<F>(0), all<F>(0), all<F>(0)}, y = x, z = x;
+  INLINE void add(Vec<F> a, Vec<F> b) { x = x + a.x * b, y = y + a.y * b, z = z + a.z * b; }
   /// Minus the trace, on the diagonal: a (b . t) - t (a . b), the turned a crossed with b.
   INLINE void put_crossed(double* k, std::size_t row) const {
-    const Four trace = x.x + y.y + z.z;
-    put(k, row, Vec<Four>{x.x - trace, x.y, x.z});
-    put(k, row + 3, Vec<Four>{y.x, y.y - trace, y.z});
-    put(k, row + 6, Vec<Four>{z.x, z.y, z.z - trace});
+    const F trace = x.x + y.y + z.z;
+    put(k, row, Vec<F>{x.x - trace, x.y, x.z});
+    put(k, row + 3, Vec<F>{y.x, y.y - trace, y.z});
+    put(k, row + 6, Vec<F>{z.x, z.y, z.z - trace});
   }
 };
 

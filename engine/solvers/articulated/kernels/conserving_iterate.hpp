@@ -12,12 +12,13 @@ struct ConservingIterate {
   ConservingIterate(Lanes& islands, const ConservingInput& common) : lanes(islands), in(common) {}
 
   using N = typename Lanes::Number;
-  static constexpr std::size_t kWide = sizeof(N) / sizeof(double);
+  using P = typename Lanes::Wide;
+  static constexpr std::size_t kNumber = sizeof(N) / sizeof(double);
 
   Lanes& lanes;
   const ConservingInput& in;  // of any of the islands: what they have in common
   const N h = lanes.step_length(), per = 1.0 / h;
-  const Four h4 = Lanes::spread(h), per4 = Lanes::spread(per);
+  const P h4 = Lanes::spread(h), per4 = Lanes::spread(per);
 
   const double* constants(std::size_t i) const { return lanes.constants(i); }
   double* work(std::size_t i) const { return lanes.work(i); }
@@ -28,31 +29,30 @@ struct ConservingIterate {
   /// The first iterate of a block: rotation at constant velocity, or at constant acceleration if
   /// the last step had the same length.
   INLINE void guess(std::size_t i) {
-    const StartState s = lanes.start(i);
+    const StartState<P> s = lanes.start(i);
     probe_.add(i, dot(s.x, s.x));
-    Vec<Four> r = lanes.following(in, h4 * s.w, vec<Four>(memory(i), kLastRotation));
-    const Four r2 = dot(r, r), most = all(1.5);
-    r = choose(r2 > most * most, most / root(r2), all(1.0)) * r;
+    Vec<P> r = lanes.following(in, h4 * s.w, vec<P>(memory(i), kLastRotation));
+    const P r2 = dot(r, r), most = all<P>(1.5);
+    r = choose(r2 > most * most, most / root(r2), all<P>(1.0)) * r;
     double* k = work(i);
     put(k, kEndRotation, unit_again(mul(exponential(r), s.q)));
     put(k, kJointWay, h4 * s.v);  // of a free root
   }
 
   /// Arms, reaches and positions of a block whose rotations are known; parents come before.
-  INLINE void place(std::size_t i, const StartState& s, const Axes<Four>& d0,
-                    const Axes<Four>& d1) {
+  INLINE void place(std::size_t i, const StartState<P>& s, const Axes<P>& d0, const Axes<P>& d1) {
     const double* c = constants(i);
     double* k = work(i);
-    const Vec<Four> anchor = vec<Four>(c, kOwnAnchor);
-    put(k, kEndArm, all(-1) * along(d1, anchor));
-    put(k, kMeanArm, all(-0.5) * (along(d0, anchor) + along(d1, anchor)));
-    const Qua<Four> turned = mul(qua<Four>(k, kEndRotation), back(s.q));
-    put(memory(i), kTurned, (2.0 / turned.w) * Vec<Four>{turned.x, turned.y, turned.z});
-    const ParentState o = lanes.parents_of(i, s);
-    const Vec<Four> there = vec<Four>(c, kParentAnchor);
-    const Vec<Four> end = rotated(o.q1, there), begin = rotated(o.q0, there);
+    const Vec<P> anchor = vec<P>(c, kOwnAnchor);
+    put(k, kEndArm, all<P>(-1) * along(d1, anchor));
+    put(k, kMeanArm, all<P>(-0.5) * (along(d0, anchor) + along(d1, anchor)));
+    const Qua<P> turned = mul(qua<P>(k, kEndRotation), back(s.q));
+    put(memory(i), kTurned, (2.0 / turned.w) * Vec<P>{turned.x, turned.y, turned.z});
+    const ParentState<P> o = lanes.parents_of(i, s);
+    const Vec<P> there = vec<P>(c, kParentAnchor);
+    const Vec<P> end = rotated(o.q1, there), begin = rotated(o.q0, there);
     put(k, kEndReach, end + o.end_arm);
-    put(k, kMeanReach, all(0.5) * (end + begin) + o.mean_arm);
+    put(k, kMeanReach, all<P>(0.5) * (end + begin) + o.mean_arm);
     const std::size_t left = count() - i;
     for (std::size_t l = 0; l < (left < Lanes::kAtOnce ? left : Lanes::kAtOnce); ++l)
       put_way(i + l);
@@ -65,67 +65,66 @@ struct ConservingIterate {
           vec<N>(work(static_cast<std::size_t>(parent(i))), kJointWay) +
               2.0 * (vec<N>(k, kEndReach) - vec<N>(k, kMeanReach)));
     if (parent(i) == kHeld) put(k, kJointWay, get_vec<N>(held_, 0));
-    if (parent(i) < 0) held_ += 3 * kWide;
+    if (parent(i) < 0) held_ += 3 * kNumber;
   }
 
-  static INLINE Four size_of(Four x) { return choose(x > all(0), x, all(-1) * x); }
+  static INLINE P size_of(P x) { return choose(x > all<P>(0), x, all<P>(-1) * x); }
 
   /// What the elimination needs of each body of a block.
   template <Unknown unknown>
   INLINE void fill(std::size_t i) {
-    const StartState s = lanes.start(i);
+    const StartState<P> s = lanes.start(i);
     const double* c = constants(i);
     double* k = work(i);
-    const Axes<Four> d0 = axes_of(s.q), d1 = axes_of(qua<Four>(k, kEndRotation));
+    const Axes<P> d0 = axes_of(s.q), d1 = axes_of(qua<P>(k, kEndRotation));
     place(i, s, d0, d1);
-    const Vec<Four> moments = vec<Four>(c, kInertia);
-    const Four half = 0.5 * (moments.x + moments.y + moments.z);
-    const Four second[3] = {half - moments.x, half - moments.y, half - moments.z};
-    const Four mass = num<Four>(c, kMass);
-    const Vec<Four> arm = vec<Four>(k, kEndArm);
-    const Vec<Four> way =
-        per4 * (vec<Four>(k, kJointWay) + all(2) * (arm - vec<Four>(k, kMeanArm)));
+    const Vec<P> moments = vec<P>(c, kInertia);
+    const P half = 0.5 * (moments.x + moments.y + moments.z);
+    const P second[3] = {half - moments.x, half - moments.y, half - moments.z};
+    const P mass = num<P>(c, kMass);
+    const Vec<P> arm = vec<P>(k, kEndArm);
+    const Vec<P> way = per4 * (vec<P>(k, kJointWay) + all<P>(2) * (arm - vec<P>(k, kMeanArm)));
     const double* f = lanes.forces(i);
-    Vec<Four> torque{all(0), all(0), all(0)}, impulse;
-    Outer turn;
+    Vec<P> torque{all<P>(0), all<P>(0), all<P>(0)}, impulse;
+    Outer<P> turn;
     if (unknown == Unknown::displacement) {
-      Vec<Four> a = num<Four>(c, kGravityScale) *
-                    Vec<Four>{all(in.gravity[0]), all(in.gravity[1]), all(in.gravity[2])};
-      if (f) a = a + vec<Four>(f, 0), torque = (-0.5 * h4) * vec<Four>(f, 3);
-      const Vec<Four> mean_arm = vec<Four>(k, kMeanArm);
+      Vec<P> a = num<P>(c, kGravityScale) *
+                 Vec<P>{all<P>(in.gravity[0]), all<P>(in.gravity[1]), all<P>(in.gravity[2])};
+      if (f) a = a + vec<P>(f, 0), torque = (-0.5 * h4) * vec<P>(f, 3);
+      const Vec<P> mean_arm = vec<P>(k, kMeanArm);
       impulse = mass * (way - s.v - (0.5 * h4) * a);
-      turn.add(arm, all(0.5) * impulse - (mass * per4) * mean_arm);
+      turn.add(arm, all<P>(0.5) * impulse - (mass * per4) * mean_arm);
       for (int n = 0; n < 3; ++n) {
-        const Vec<Four> w = per4 * (d1.d[n] - d0.d[n]) - cross(s.w, d0.d[n]);
-        const Vec<Four> mean = all(0.5) * (d0.d[n] + d1.d[n]);
+        const Vec<P> w = per4 * (d1.d[n] - d0.d[n]) - cross(s.w, d0.d[n]);
+        const Vec<P> mean = all<P>(0.5) * (d0.d[n] + d1.d[n]);
         torque = torque + second[n] * cross(mean, w);
-        turn.add(second[n] * d1.d[n], all(0.5) * w - per4 * mean);
+        turn.add(second[n] * d1.d[n], all<P>(0.5) * w - per4 * mean);
       }
       torque = torque + cross(mean_arm, impulse);
     } else {
-      const Four own = lanes.mask_of(i);
-      const Vec<Four> v = way + way - s.v;
-      const Vec<Four> g{all(in.gravity[0]), all(in.gravity[1]), all(in.gravity[2])};
-      const Four fall = (2.0 * h4) * num<Four>(c, kGravityScale) * dot(g, way);
+      const P own = lanes.mask_of(i);
+      const Vec<P> v = way + way - s.v;
+      const Vec<P> g{all<P>(in.gravity[0]), all<P>(in.gravity[1]), all<P>(in.gravity[2])};
+      const P fall = (2.0 * h4) * num<P>(c, kGravityScale) * dot(g, way);
       impulse = mass * v,
       weight_.add(i, own * mass * root(dot(g, g) * (dot(arm, arm) + half / mass)));
       due_.add(i, own * mass * (dot(s.v, s.v) + fall));
       work_.add(i, own * mass * size_of(fall));
-      const Vec<Four> turned = vec<Four>(memory(i), kTurned);
-      const Four turned2 = own * dot(turned, turned);
+      const Vec<P> turned = vec<P>(memory(i), kTurned);
+      const P turned2 = own * dot(turned, turned);
       turned2_ = choose(turned2 > turned2_, turned2, turned2_);
       if (f) {
-        const Four by_force = (2.0 * h4) * mass * dot(vec<Four>(f, 0), way);
-        const Four pushed = by_force + all(2) * dot(vec<Four>(f, 3), turned);
+        const P by_force = (2.0 * h4) * mass * dot(vec<P>(f, 0), way);
+        const P pushed = by_force + all<P>(2) * dot(vec<P>(f, 3), turned);
         due_.add(i, own * pushed), work_.add(i, own * size_of(pushed));
       }
-      turn.add(arm, all(-1) * (mass * arm));
+      turn.add(arm, all<P>(-1) * (mass * arm));
       for (int n = 0; n < 3; ++n) {
-        const Vec<Four> before = cross(s.w, d0.d[n]);
-        const Vec<Four> w = (2.0 * per4) * (d1.d[n] - d0.d[n]) - before;
+        const Vec<P> before = cross(s.w, d0.d[n]);
+        const Vec<P> w = (2.0 * per4) * (d1.d[n] - d0.d[n]) - before;
         torque = torque - second[n] * cross(d1.d[n], w);
         due_.add(i, own * second[n] * dot(before, before));
-        turn.add(second[n] * d1.d[n], all(-1) * d1.d[n]);
+        turn.add(second[n] * d1.d[n], all<P>(-1) * d1.d[n]);
       }
       torque = torque - cross(arm, impulse);
     }
@@ -189,7 +188,7 @@ struct ConservingIterate {
     Vec<N> y;
     if (parent(i) < 0) {
       y = of_root<unknown>(i, held);
-      held += 3 * kWide;
+      held += 3 * kNumber;
     } else {
       const double* o = memory(static_cast<std::size_t>(parent(i)));
       y = vec<N>(o, kMove) + cross(vec<N>(o, kTurnBy), vec<N>(work(i), kEndReach));
@@ -215,7 +214,7 @@ struct ConservingIterate {
   typename Lanes::Sum work_;    // J: sizes of the works in it
   typename Lanes::Sum weight_;  // J: scale of the work that the weight can do
   typename Lanes::Sum probe_;   // finite where all positions are
-  Four turned2_ = all(0);       // square of the largest rotation over the step, by Cayley's vector
+  P turned2_ = all<P>(0);       // square of the largest rotation over the step, by Cayley's vector
   const double* held_ = nullptr;  // of the next root: displacement of its anchor
 };
 

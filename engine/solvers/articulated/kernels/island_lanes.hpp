@@ -9,9 +9,10 @@ namespace {
 
 class IslandLanes {
  public:
-  using Number = Four;
+  using Number = Lane;
+  using Wide = Lane;
   static constexpr std::size_t kAtOnce = 1;
-  static constexpr int kIslands = kLanes;
+  static constexpr int kIslands = kWide;
   static constexpr bool kHooks = false;
 
   explicit IslandLanes(const ConservingLanes& all)
@@ -28,8 +29,8 @@ class IslandLanes {
 
   std::size_t count() const { return p.count; }
   const std::int32_t* parents() const { return p.parents; }
-  Four step_length() const { return h_; }
-  static INLINE Four spread(Four x) { return x; }
+  Lane step_length() const { return h_; }
+  static INLINE Lane spread(Lane x) { return x; }
   bool is_used(int l) const { return static_cast<std::size_t>(l) < lanes_.count; }
   /// Lanes that are not used do what the first does.
   const LaneIsland& island(int l) const { return lanes_.islands[is_used(l) ? l : 0]; }
@@ -43,52 +44,52 @@ class IslandLanes {
   const double* ways() const { return tables_.ways; }
   const double* anchor_velocities() const { return tables_.anchor_velocities; }
 
-  INLINE StartState start(std::size_t i) const {
+  INLINE StartState<Lane> start(std::size_t i) const {
     const double* s = tables_.start_at(i);
-    return {vec<Four>(s, kStartPosition), vec<Four>(s, kStartVelocity), vec<Four>(s, kStartSpin),
-            qua<Four>(s, kStartRotation)};
+    return {vec<Lane>(s, kStartPosition), vec<Lane>(s, kStartVelocity), vec<Lane>(s, kStartSpin),
+            qua<Lane>(s, kStartRotation)};
   }
-  INLINE Four half_drag(std::size_t i) const {
-    return num<Four>(tables_.start_at(i), kStartHalfDrag);
+  INLINE Lane half_drag(std::size_t i) const {
+    return num<Lane>(tables_.start_at(i), kStartHalfDrag);
   }
-  INLINE Vec<Four> position(std::size_t i) const {
-    return vec<Four>(tables_.start_at(i), kStartPosition);
+  INLINE Vec<Lane> position(std::size_t i) const {
+    return vec<Lane>(tables_.start_at(i), kStartPosition);
   }
-  INLINE Vec<Four> velocity(std::size_t i) const {
-    return vec<Four>(tables_.start_at(i), kStartVelocity);
+  INLINE Vec<Lane> velocity(std::size_t i) const {
+    return vec<Lane>(tables_.start_at(i), kStartVelocity);
   }
-  INLINE ParentState parents_of(std::size_t i, const StartState& own) const {
+  INLINE ParentState<Lane> parents_of(std::size_t i, const StartState<Lane>& own) const {
     const double* k = work(i);
     if (p.parents[i] < 0)
-      return {own.q, qua<Four>(k, kEndRotation), vec<Four>(k, kEndArm), vec<Four>(k, kMeanArm)};
+      return {own.q, qua<Lane>(k, kEndRotation), vec<Lane>(k, kEndArm), vec<Lane>(k, kMeanArm)};
     const auto at = static_cast<std::size_t>(p.parents[i]);
     const double* o = work(at);
-    return {qua<Four>(tables_.start_at(at), kStartRotation), qua<Four>(o, kEndRotation),
-            vec<Four>(o, kEndArm), vec<Four>(o, kMeanArm)};
+    return {qua<Lane>(tables_.start_at(at), kStartRotation), qua<Lane>(o, kEndRotation),
+            vec<Lane>(o, kEndArm), vec<Lane>(o, kMeanArm)};
   }
 
   /// A sum over the bodies, in the order in which BodyLanes adds.
   class Sum {
    public:
-    INLINE void add(std::size_t body, Four v) { sums_[body % kLanes] += v; }
-    Four total() const { return (sums_[0] + sums_[1]) + (sums_[2] + sums_[3]); }
+    INLINE void add(std::size_t body, Lane v) { sums_[body % kLanes] += v; }
+    Lane total() const { return (sums_[0] + sums_[1]) + (sums_[2] + sums_[3]); }
 
    private:
-    Four sums_[kLanes] = {all(0), all(0), all(0), all(0)};
+    Lane sums_[kLanes] = {all<Lane>(0), all<Lane>(0), all<Lane>(0), all<Lane>(0)};
   };
-  static Four largest_of(Four x) { return x; }
-  static INLINE Four mask_of(std::size_t /*i*/) { return all(1.0); }
-  static double of_island(Four x, int l) { return x[static_cast<std::size_t>(l)]; }
-  static Four factors_of(const double (&factors)[kIslands]) { return load(factors); }
+  static Lane largest_of(Lane x) { return x; }
+  static INLINE Lane mask_of(std::size_t /*i*/) { return all<Lane>(1.0); }
+  static double of_island(Lane x, int l) { return x[static_cast<std::size_t>(l)]; }
+  static Lane factors_of(const double (&factors)[kIslands]) { return read<Lane>(factors); }
 
   void stop(int l) { tables_.running[static_cast<std::size_t>(l)] = 0; }
-  INLINE Vec<Four> running(Vec<Four> now, Vec<Four> before) const {
+  INLINE Vec<Lane> running(Vec<Lane> now, Vec<Lane> before) const {
     return tables_.kept(now, before);
   }
-  INLINE Qua<Four> running(Qua<Four> now, Qua<Four> before) const {
+  INLINE Qua<Lane> running(Qua<Lane> now, Qua<Lane> before) const {
     return chosen(tables_.running > 0.5, now, before);
   }
-  INLINE Vec<Four> following(const ConservingInput& /*in*/, Vec<Four> now, Vec<Four> last) const {
+  INLINE Vec<Lane> following(const ConservingInput& /*in*/, Vec<Lane> now, Vec<Lane> last) const {
     return chosen(follows_ > 0.5, now + now - last, now);
   }
 
@@ -106,24 +107,23 @@ class IslandLanes {
     for (std::size_t l = 0; lanes_.ties && l < lanes_.count; ++l)
       if (cables_.is_alone(l)) lanes_.outcomes[l] = LaneOutcome::alone;
   }
-  INLINE void set_bodies(std::size_t i, std::size_t at, Four v) const {
+  INLINE void set_bodies(std::size_t i, std::size_t at, Lane v) const {
     for (std::size_t l = 0; l < lanes_.count; ++l)
       if (is_taken(l)) body(i, l)[at] = v[l];
   }
-  INLINE void set_bodies(std::size_t i, std::size_t at, Vec<Four> v) const {
+  INLINE void set_bodies(std::size_t i, std::size_t at, Vec<Lane> v) const {
     set_bodies(i, at, v.x), set_bodies(i, at + 1, v.y), set_bodies(i, at + 2, v.z);
   }
-  /// What the next step starts from.
+  /// What the next step starts from, and what an island alone would leave.
   void write_memory() const {
-    constexpr std::size_t kRows[] = {kLastTranslation, kLastRotation, kLambda};
     for (std::size_t l = 0; l < lanes_.count; ++l) {
       if (!is_taken(l)) continue;
       for (std::size_t i = 0; i < p.count; ++i) {
         const double* from = memory(i) + l;
         double* to = column(lanes_.islands[l].view.memory, kMemoryRows, i);
-        for (const std::size_t row : kRows)
-          for (std::size_t n = row; n < row + 3; ++n) to[n * kLanes] = from[n * kLanes];
+        for (std::size_t row = 0; row < kMemoryRows; ++row) to[row * kLanes] = from[row * kWide];
       }
+      clear_padding(lanes_.islands[l].view);
     }
   }
 
@@ -139,8 +139,8 @@ class IslandLanes {
   void project_ties(const bool (&wanted)[kIslands], bool (&fails)[kIslands]) {
     cables_.project(h_, wanted, fails);
   }
-  Four inner_ties() const {
-    Four inner = all(1);
+  Lane inner_ties() const {
+    Lane inner = all<Lane>(1);
     for (std::size_t l = 0; lanes_.ties && l < lanes_.count; ++l)
       if (!*lanes_.islands[l].inner) inner[l] = 0;
     return inner;
@@ -155,51 +155,53 @@ class IslandLanes {
   }
   /// Constants, states at the start and anchors, each island into its lane.
   void read_islands() {
-    for (std::size_t l = 0; l < kLanes; ++l) {
+    for (std::size_t l = 0; l < kWide; ++l) {
       const LaneIsland& from = island(static_cast<int>(l));
       h_[l] = from.input.h, follows_[l] = from.input.follows_equal_step;
       for (std::size_t i = 0; i < p.count; ++i) {
         const double* c = column(from.view.constants, kConstantRows, i);
         double* to = tables_.constants_at(i) + l;
-        for (std::size_t row = 0; row < kConstantRows; ++row) to[row * kLanes] = c[row * kLanes];
+        for (std::size_t row = 0; row < kConstantRows; ++row) to[row * kWide] = c[row * kLanes];
         const double* m = column(from.view.memory, kMemoryRows, i);
         double* last = memory(i) + l;
         for (std::size_t row = kLastRotation; row < kLastRotation + 3; ++row)
-          last[row * kLanes] = m[row * kLanes];
+          last[row * kWide] = m[row * kLanes];
         const double* b = body(i, l);
         const BodyLayout& at = from.view.layout;
         double* s = tables_.start_at(i) + l;
         for (std::size_t n = 0; n < 3; ++n) {
-          s[(kStartPosition + n) * kLanes] = b[at.position + n];
-          s[(kStartVelocity + n) * kLanes] = b[at.velocity + n];
-          s[(kStartSpin + n) * kLanes] = b[at.angular_velocity + n];
+          s[(kStartPosition + n) * kWide] = b[at.position + n];
+          s[(kStartVelocity + n) * kWide] = b[at.velocity + n];
+          s[(kStartSpin + n) * kWide] = b[at.angular_velocity + n];
         }
-        for (std::size_t n = 0; n < 4; ++n) s[(kStartRotation + n) * kLanes] = b[at.rotation + n];
+        for (std::size_t n = 0; n < 4; ++n) s[(kStartRotation + n) * kWide] = b[at.rotation + n];
       }
       for (std::size_t n = 0; n < 3 * tables_.trees; ++n) {
-        tables_.targets[n * kLanes + l] = from.input.targets[n];
-        tables_.ways[n * kLanes + l] = from.input.ways[n];
-        tables_.anchor_velocities[n * kLanes + l] = from.input.anchor_velocities[n];
+        tables_.targets[n * kWide + l] = from.input.targets[n];
+        tables_.ways[n * kWide + l] = from.input.ways[n];
+        tables_.anchor_velocities[n * kWide + l] = from.input.anchor_velocities[n];
       }
     }
-    Four drag = all(-1), keep = all(1);
+    Lane drag = all<Lane>(-1), keep = all<Lane>(1);
     for (std::size_t i = 0; i < p.count; ++i) {
-      const Four own = num<Four>(constants(i), kDrag);
+      const Lane own = num<Lane>(constants(i), kDrag);
       const auto same = own == drag;
-      if ((same[0] & same[1] & same[2] & same[3]) == 0)
-        for (std::size_t l = 0; l < kLanes; ++l) keep[l] = ::exp(-own[l] * (0.5 * h_[l]));
+      auto every = same[0];
+      for (std::size_t l = 1; l < kWide; ++l) every &= same[l];
+      if (every == 0)
+        for (std::size_t l = 0; l < kWide; ++l) keep[l] = ::exp(-own[l] * (0.5 * h_[l]));
       drag = own;
       double* s = tables_.start_at(i);
-      write(s + kStartHalfDrag * kLanes, keep);
-      put(s, kStartVelocity, keep * vec<Four>(s, kStartVelocity));
-      put(s, kStartSpin, keep * vec<Four>(s, kStartSpin));
+      write(s + kStartHalfDrag * kWide, keep);
+      put(s, kStartVelocity, keep * vec<Lane>(s, kStartVelocity));
+      put(s, kStartSpin, keep * vec<Lane>(s, kStartSpin));
     }
   }
 
   const ConservingLanes& lanes_;
   LaneTables tables_;
   LaneCables cables_;
-  Four h_ = all(1), follows_ = all(0);
+  Lane h_ = all<Lane>(1), follows_ = all<Lane>(0);
 };
 
 void conserve_lanes(const ConservingLanes& all) {

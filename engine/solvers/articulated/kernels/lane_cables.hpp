@@ -12,10 +12,11 @@ class LaneCables : public LaneResponse {
   using LaneResponse::LaneResponse;
 
   /// Before an elimination: what the cables add to the blocks, at the iterate.
-  void load(Four h) {
-    for (std::size_t n = 0; n < kTieBlock * t_.count; ++n) store(room_.blocks + n * kLanes, all(0));
-    bool may_change[kLanes];
-    for (std::size_t l = 0; l < kLanes; ++l) {
+  void load(Lane h) {
+    for (std::size_t n = 0; n < kTieBlock * t_.count; ++n)
+      store(room_.blocks + n * kWide, all<Lane>(0));
+    bool may_change[kWide];
+    for (std::size_t l = 0; l < kWide; ++l) {
       may_change[l] = runs(l), tautened_[l] = false;
       if (runs(l)) ++*island(l).iterations;
     }
@@ -23,60 +24,60 @@ class LaneCables : public LaneResponse {
       look_at(n);
       if (!tie(n).stretches) {
         const Mask asked = has_to_change(n);
-        for (std::size_t l = 0; any(asked) && l < kLanes; ++l) {
+        for (std::size_t l = 0; any(asked) && l < kWide; ++l) {
           if (!may_change[l] || !asked[l]) continue;
           change(n, l), may_change[l] = *island(l).iterations <= kChangeAtOnce;
           tautened_[l] = tautened_[l] || kind(n, l) == kTautTie;
         }
       }
       double* const k = at(n);
-      const Vec<Four> before = vec<Four>(k, kCableMu);
+      const Vec<Lane> before = vec<Lane>(k, kCableMu);
       if (tie(n).stretches) {
         const Load now = load_of(n, h);
         put(k, kCableMu, t_.kept(now.mu, before));
         for (std::size_t i = 0; i < 3; ++i) put(k, kCableDerivative + 3 * i, now.derivative[i]);
-        write(k + kCableAcross * kLanes, now.across);
+        write(k + kCableAcross * kWide, now.across);
       } else {
         // The impulse of a taut cable is along the mean of d.
-        const Vec<Four> mean = 0.5 * (vec<Four>(k, kCableBefore) + vec<Four>(k, kCableNow));
-        const Four across = dot(before, mean) / dot(mean, mean);
-        write(k + kCableAcross * kLanes, across);
+        const Vec<Lane> mean = 0.5 * (vec<Lane>(k, kCableBefore) + vec<Lane>(k, kCableNow));
+        const Lane across = dot(before, mean) / dot(mean, mean);
+        write(k + kCableAcross * kWide, across);
         put(k, kCableMu, t_.kept(chosen(taut(n), across * mean, before), before));
       }
-      const Vec<Four> mu = vec<Four>(k, kCableMu);
-      add_to_block(tie(n).b, mu, vec<Four>(k, kCableMeanB), vec<Four>(k, kCableEndB));
+      const Vec<Lane> mu = vec<Lane>(k, kCableMu);
+      add_to_block(tie(n).b, mu, vec<Lane>(k, kCableMeanB), vec<Lane>(k, kCableEndB));
       if (tie(n).a != kNoColumn)
-        add_to_block(tie(n).a, -1.0 * mu, vec<Four>(k, kCableMeanA), vec<Four>(k, kCableEndA));
+        add_to_block(tie(n).a, -1.0 * mu, vec<Lane>(k, kCableMeanA), vec<Lane>(k, kCableEndA));
     }
   }
 
   /// After it: how the cables answer.
-  void correct(Four h, bool (&fails)[kLanes]) {
-    Solve solve{LaneArms::mean, h, {}};
-    for (std::size_t l = 0; l < kLanes; ++l) solve.wanted[l] = runs(l);
+  void correct(Lane h, bool (&fails)[kWide]) {
+    Solve solve{LaneArms::mean, h, {}, {}};
+    for (std::size_t l = 0; l < kWide; ++l) solve.wanted[l] = runs(l);
     for (std::size_t n = 0; n < count(); ++n) {
-      write(at(n) + kCableActs * kLanes, ones(tie(n).stretches ? stretched(n) : taut(n)));
+      write(at(n) + kCableActs * kWide, ones(tie(n).stretches ? stretched(n) : taut(n)));
       put_row(n);
     }
     const bool any = answer(solve, fails);
     for (std::size_t r = 0; any && r < rows_; ++r) {
       double* const k = at(row(r));
-      const Vec<Four> mu = vec<Four>(k, kCableMu);
-      put(k, kCableMu, t_.kept(mu + gain(r) * vec<Four>(k, kCableDirection), mu));
+      const Vec<Lane> mu = vec<Lane>(k, kCableMu);
+      put(k, kCableMu, t_.kept(mu + gain(r) * vec<Lane>(k, kCableDirection), mu));
     }
-    for (std::size_t l = 0; l < kLanes; ++l)
+    for (std::size_t l = 0; l < kWide; ++l)
       if (runs(l) && !fails[l] && tautened_[l] && island(l).is_hit_early(island(l).context))
         fails[l] = true;
     if (any) add_joint_impulses(1.0);
-    for (std::size_t l = 0; l < kLanes; ++l) fails[l] = fails[l] || alone_[l];
+    for (std::size_t l = 0; l < kWide; ++l) fails[l] = fails[l] || alone_[l];
   }
 
   /// Where iterations have converged: which of those that are near have nothing left to change.
-  void settle(Four h, bool (&near)[kLanes]) {
+  void settle(Lane h, bool (&near)[kWide]) {
     for (std::size_t n = 0; n < count(); ++n) {
       look_at(n);
       const Mask asked = tie(n).stretches ? is_not_followed(n, h) : has_to_change(n);
-      for (std::size_t l = 0; any(asked) && l < kLanes; ++l) {
+      for (std::size_t l = 0; any(asked) && l < kWide; ++l) {
         if (!near[l] || !asked[l]) continue;
         if (!tie(n).stretches) change(n, l);
         near[l] = false;
@@ -85,15 +86,15 @@ class LaneCables : public LaneResponse {
   }
 
   /// After the iterations: whether the step of a lane can be taken so.
-  bool accept(Four h, std::size_t l, double& released) {
+  bool accept(Lane h, std::size_t l, double& released) {
     const LaneIsland& own = island(l);
     double most = 0, work = 0;
     for (std::size_t n = 0; n < count(); ++n) {
       const double* const k = at(n);
-      const Vec<Four> mu = vec<Four>(k, kCableMu);
-      const Vec<Four> way = vec<Four>(k, kCableBefore) - vec<Four>(k, kCableNow);
+      const Vec<Lane> mu = vec<Lane>(k, kCableMu);
+      const Vec<Lane> way = vec<Lane>(k, kCableBefore) - vec<Lane>(k, kCableNow);
       released += (2.0 / h * dot(mu, way))[l];
-      work -= (2.0 / h * dot(mu, vec<Four>(k, kCableWay)))[l];
+      work -= (2.0 / h * dot(mu, vec<Lane>(k, kCableWay)))[l];
       const double over = ::fabs(over_of(k)[l]);
       if (!tie(n).stretches && kind(n, l) == kTautTie && over > most) most = over;
     }
@@ -102,29 +103,29 @@ class LaneCables : public LaneResponse {
   }
 
   /// Velocities at the end, as the cables allow them, of the lanes wanted.
-  void project(Four h, const bool (&wanted)[kLanes], bool (&fails)[kLanes]) {
-    Solve solve{LaneArms::end, h, {}};
-    for (std::size_t l = 0; l < kLanes; ++l) solve.wanted[l] = wanted[l] && !strikes(l);
+  void project(Lane h, const bool (&wanted)[kWide], bool (&fails)[kWide]) {
+    Solve solve{LaneArms::end, h, {}, {}};
+    for (std::size_t l = 0; l < kWide; ++l) solve.wanted[l] = wanted[l] && !strikes(l);
     for (std::size_t n = 0; n < count(); ++n) {
       double* const k = at(n);
-      const Vec<Four> direction = normalized(vec<Four>(k, kCableNow));
-      write(k + kCableSoftness * kLanes, all(0));
+      const Vec<Lane> direction = normalized(vec<Lane>(k, kCableNow));
+      write(k + kCableSoftness * kWide, all<Lane>(0));
       put(k, kCableDirection, direction), put(k, kCableBy, direction);
-      write(k + kCableRight * kLanes, dot(direction, vec<Four>(k, kCableVelocity)));
-      write(k + kCableActs * kLanes, tie(n).stretches ? all(0) : ones(taut(n)));
+      write(k + kCableRight * kWide, dot(direction, vec<Lane>(k, kCableVelocity)));
+      write(k + kCableActs * kWide, tie(n).stretches ? all<Lane>(0) : ones(taut(n)));
     }
     if (answer(solve, fails)) {
       for (std::size_t r = 0; r < rows_; ++r) {
         const double* const k = at(row(r));
-        const Vec<Four> mu = gain(r) * vec<Four>(k, kCableDirection);
+        const Vec<Lane> mu = gain(r) * vec<Lane>(k, kCableDirection);
         // The impulses of the projection count in the mean over the step.
-        const Four work = dot(mu, vec<Four>(k, kCableVelocity));
-        for (std::size_t l = 0; l < kLanes; ++l)
+        const Lane work = dot(mu, vec<Lane>(k, kCableVelocity));
+        for (std::size_t l = 0; l < kWide; ++l)
           if (solve.wanted[l] && acts(row(r), l)) *island(l).place_work -= work[l];
       }
       add_joint_impulses(0.5);
     }
-    for (std::size_t l = 0; l < kLanes; ++l)
+    for (std::size_t l = 0; l < kWide; ++l)
       if (wanted[l] && strikes(l)) fails[l] = !strike(l);
   }
 
@@ -136,23 +137,23 @@ class LaneCables : public LaneResponse {
       double* const memory = column(own.view.memory, kMemoryRows, c);
       double* const work = column(own.view.work, kWorkRows, c);
       for (std::size_t i = 0; i < 9; ++i)
-        memory[(kMove + i) * kLanes] = t_.memory_at(c)[(kMove + i) * kLanes + l];
+        memory[(kMove + i) * kLanes] = t_.memory_at(c)[(kMove + i) * kWide + l];
       for (std::size_t i = 0; i < 3; ++i)
-        work[(kEndReach + i) * kLanes] = t_.work_at(c)[(kEndReach + i) * kLanes + l];
+        work[(kEndReach + i) * kLanes] = t_.work_at(c)[(kEndReach + i) * kWide + l];
       for (std::size_t i = 0; i < kNodeSize; ++i)
-        own.view.nodes[kNodeSize * c + i] = t_.node_at(c)[i * kLanes + l];
+        own.view.nodes[kNodeSize * c + i] = t_.node_at(c)[i * kWide + l];
       for (std::size_t i = 0; i < kTieFactor; ++i)
-        own.factors[kTieFactor * c + i] = t_.tie_factor_at(c)[i * kLanes + l];
+        own.factors[kTieFactor * c + i] = t_.tie_factor_at(c)[i * kWide + l];
     }
     if (!own.strike(own.context)) return false;
     for (std::size_t c = 0; c < t_.count; ++c)
       for (std::size_t i = 0; i < 9; ++i)
-        t_.memory_at(c)[(kMove + i) * kLanes + l] =
+        t_.memory_at(c)[(kMove + i) * kWide + l] =
             column(own.view.memory, kMemoryRows, c)[(kMove + i) * kLanes];
     return true;
   }
 
-  bool tautened_[kLanes] = {};
+  bool tautened_[kWide] = {};
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
 #pragma once
-/// Tables of islands side by side: a row of kLanes numbers for each number of an island.
+/// Tables of islands side by side: a row of kWide numbers for each number of an island.
 #include "engine/solvers/articulated/kernels/rows.hpp"
 
 namespace pantin::detail::articulated {
@@ -21,7 +21,7 @@ struct LaneMemory {
   std::size_t used = 0;
   double* take(std::size_t numbers) {
     double* const out = free ? free + used : nullptr;
-    used += numbers * kLanes;
+    used += numbers * kWide;
     return out;
   }
 };
@@ -31,7 +31,7 @@ struct LaneTables {
   double *targets, *ways, *anchor_velocities;
   double *tie_blocks, *tie_factors;  // where there are ties
   std::size_t count, trees;
-  Four running = all(1);  // 1 where the iterations of an island go on, else 0
+  Lane running = all<Lane>(1);  // 1 where the iterations of an island go on, else 0
 
   void lay_out(LaneMemory& memory, std::size_t bodies, std::size_t roots) {
     count = bodies, trees = roots;
@@ -42,18 +42,14 @@ struct LaneTables {
     anchor_velocities = memory.take(3 * trees);
     tie_blocks = tie_factors = nullptr;
   }
-  INLINE double* constants_at(std::size_t i) const {
-    return constants + kConstantRows * kLanes * i;
-  }
-  INLINE double* memory_at(std::size_t i) const { return memory_rows + kMemoryRows * kLanes * i; }
-  INLINE double* work_at(std::size_t i) const { return work_rows + kConservingRows * kLanes * i; }
-  INLINE double* node_at(std::size_t i) const { return nodes + kNodeSize * kLanes * i; }
-  INLINE double* start_at(std::size_t i) const { return starts + kStartRows * kLanes * i; }
-  INLINE double* tie_block_at(std::size_t i) const { return tie_blocks + kTieBlock * kLanes * i; }
-  INLINE double* tie_factor_at(std::size_t i) const {
-    return tie_factors + kTieFactor * kLanes * i;
-  }
-  INLINE Vec<Four> kept(Vec<Four> now, Vec<Four> before) const {
+  INLINE double* constants_at(std::size_t i) const { return constants + kConstantRows * kWide * i; }
+  INLINE double* memory_at(std::size_t i) const { return memory_rows + kMemoryRows * kWide * i; }
+  INLINE double* work_at(std::size_t i) const { return work_rows + kConservingRows * kWide * i; }
+  INLINE double* node_at(std::size_t i) const { return nodes + kNodeSize * kWide * i; }
+  INLINE double* start_at(std::size_t i) const { return starts + kStartRows * kWide * i; }
+  INLINE double* tie_block_at(std::size_t i) const { return tie_blocks + kTieBlock * kWide * i; }
+  INLINE double* tie_factor_at(std::size_t i) const { return tie_factors + kTieFactor * kWide * i; }
+  INLINE Vec<Lane> kept(Vec<Lane> now, Vec<Lane> before) const {
     return chosen(running > 0.5, now, before);
   }
 };

@@ -6,37 +6,50 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// A row of numbers is a vector of the machine; of four side by side, four of them.
-struct FourRow {
-  Four at[4];
-  INLINE Four& operator[](std::size_t i) { return at[i]; }
-  INLINE Four operator[](std::size_t i) const { return at[i]; }
+/// A row of numbers is a vector of the machine; of numbers side by side, four of these.
+template <class F>
+struct LaneRow {
+  F at[4];
+  INLINE F& operator[](std::size_t i) { return at[i]; }
+  INLINE F operator[](std::size_t i) const { return at[i]; }
 };
-INLINE FourRow operator+(const FourRow& a, const FourRow& b) {
+template <class F>
+INLINE LaneRow<F> operator+(const LaneRow<F>& a, const LaneRow<F>& b) {
   return {{a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]}};
 }
-INLINE FourRow operator-(const FourRow& a, const FourRow& b) {
+template <class F>
+INLINE LaneRow<F> operator-(const LaneRow<F>& a, const LaneRow<F>& b) {
   return {{a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]}};
 }
-INLINE FourRow operator*(Four s, const FourRow& a) {
+template <class F>
+INLINE LaneRow<F> operator*(F s, const LaneRow<F>& a) {
   return {{s * a[0], s * a[1], s * a[2], s * a[3]}};
 }
-INLINE void operator+=(FourRow& a, const FourRow& b) { a = a + b; }
-INLINE void operator-=(FourRow& a, const FourRow& b) { a = a - b; }
+template <class F>
+INLINE void operator+=(LaneRow<F>& a, const LaneRow<F>& b) {
+  a = a + b;
+}
+template <class F>
+INLINE void operator-=(LaneRow<F>& a, const LaneRow<F>& b) {
+  a = a - b;
+}
 
 template <class N>
 struct RowType {
-  using Type = Four;
+  using Type = LaneRow<N>;
 };
 template <>
-struct RowType<Four> {
-  using Type = FourRow;
+struct RowType<double> {
+  using Type = Four;
 };
 template <class N>
 using Row = typename RowType<N>::Type;
 
 INLINE Four row_of(double a, double b, double c, double d) { return Four{a, b, c, d}; }
-INLINE FourRow row_of(Four a, Four b, Four c, Four d) { return {{a, b, c, d}}; }
+template <class F>
+INLINE LaneRow<F> row_of(F a, F b, F c, F d) {
+  return {{a, b, c, d}};
+}
 
 /// Consecutive numbers from `p`, each of them a number or four side by side.
 template <class N>
@@ -64,7 +77,12 @@ INLINE void set_vec(double* p, std::size_t i, Vec<N> v) {
 template <class N>
 struct Rows {
   Row<N> x, y, z;
-  INLINE static Row<N> one_from(const double* p, std::size_t i);
+  INLINE static Row<N> one_from(const double* p, std::size_t i) {
+    if constexpr (sizeof(N) == sizeof(double))
+      return load(p + i);
+    else
+      return {{get<N>(p, i), get<N>(p, i + 1), get<N>(p, i + 2), get<N>(p, i + 3)}};
+  }
   INLINE static Rows from(const double* p, std::size_t i) {
     return {one_from(p, i), one_from(p, i + 4), one_from(p, i + 8)};
   }
@@ -73,20 +91,13 @@ struct Rows {
   }
 
  private:
-  INLINE static void put_row(double* p, std::size_t i, Four row) { store(p + i, row); }
-  INLINE static void put_row(double* p, std::size_t i, const FourRow& row) {
-    for (std::size_t n = 0; n < 4; ++n) store(p + kLanes * (i + n), row[n]);
+  INLINE static void put_row(double* p, std::size_t i, const Row<N>& row) {
+    if constexpr (sizeof(N) == sizeof(double))
+      store(p + i, row);
+    else
+      for (std::size_t n = 0; n < 4; ++n) store(number_at<N>(p, i + n), row[n]);
   }
 };
-template <>
-INLINE Four Rows<double>::one_from(const double* p, std::size_t i) {
-  return load(p + i);
-}
-template <>
-INLINE FourRow Rows<Four>::one_from(const double* p, std::size_t i) {
-  p += kLanes * i;
-  return {{load(p), load(p + kLanes), load(p + 2 * kLanes), load(p + 3 * kLanes)}};
-}
 
 }  // namespace
 }  // namespace pantin::detail::articulated

@@ -33,45 +33,57 @@ template <>
 INLINE Four read<Four>(const double* p) {
   return load(p);
 }
+#ifdef PANTIN_HAS_EIGHT
+template <>
+INLINE Eight read<Eight>(const double* p) {
+  return load_eight(p);
+}
+INLINE void write(double* p, Eight v) { store(p, v); }
+#endif
 INLINE void write(double* p, double v) { *p = v; }
 INLINE void write(double* p, Four v) { store(p, v); }
 
-/// Rows of a table at one column (T = double) or at a block of four (T = Four).
+/// Numbers from a row of a table to the next.
+template <class T>
+inline constexpr std::size_t kStride = sizeof(T) == sizeof(double) ? kLanes
+                                                                   : sizeof(T) / sizeof(double);
+
+/// Rows of a table at one column (T = double) or at a block of four (T = Four or Lane).
 template <class T>
 INLINE Vec<T> vec(const double* c, std::size_t row) {
-  return {read<T>(c + row * kLanes), read<T>(c + (row + 1) * kLanes),
-          read<T>(c + (row + 2) * kLanes)};
+  return {read<T>(c + row * kStride<T>), read<T>(c + (row + 1) * kStride<T>),
+          read<T>(c + (row + 2) * kStride<T>)};
 }
 template <class T>
 INLINE Qua<T> qua(const double* c, std::size_t row) {
-  return {read<T>(c + row * kLanes), read<T>(c + (row + 1) * kLanes),
-          read<T>(c + (row + 2) * kLanes), read<T>(c + (row + 3) * kLanes)};
+  return {read<T>(c + row * kStride<T>), read<T>(c + (row + 1) * kStride<T>),
+          read<T>(c + (row + 2) * kStride<T>), read<T>(c + (row + 3) * kStride<T>)};
 }
 template <class T>
 INLINE Sym<T> sym(const double* c, std::size_t row) {
-  return {read<T>(c + row * kLanes),       read<T>(c + (row + 1) * kLanes),
-          read<T>(c + (row + 2) * kLanes), read<T>(c + (row + 3) * kLanes),
-          read<T>(c + (row + 4) * kLanes), read<T>(c + (row + 5) * kLanes)};
+  return {read<T>(c + row * kStride<T>),       read<T>(c + (row + 1) * kStride<T>),
+          read<T>(c + (row + 2) * kStride<T>), read<T>(c + (row + 3) * kStride<T>),
+          read<T>(c + (row + 4) * kStride<T>), read<T>(c + (row + 5) * kStride<T>)};
 }
 template <class T>
 INLINE T num(const double* c, std::size_t row) {
-  return read<T>(c + row * kLanes);
+  return read<T>(c + row * kStride<T>);
 }
 template <class T>
 INLINE void put(double* c, std::size_t row, Vec<T> v) {
-  write(c + row * kLanes, v.x), write(c + (row + 1) * kLanes, v.y),
-      write(c + (row + 2) * kLanes, v.z);
+  write(c + row * kStride<T>, v.x), write(c + (row + 1) * kStride<T>, v.y),
+      write(c + (row + 2) * kStride<T>, v.z);
 }
 template <class T>
 INLINE void put(double* c, std::size_t row, Qua<T> q) {
-  write(c + row * kLanes, q.x), write(c + (row + 1) * kLanes, q.y),
-      write(c + (row + 2) * kLanes, q.z), write(c + (row + 3) * kLanes, q.w);
+  write(c + row * kStride<T>, q.x), write(c + (row + 1) * kStride<T>, q.y),
+      write(c + (row + 2) * kStride<T>, q.z), write(c + (row + 3) * kStride<T>, q.w);
 }
 template <class T>
 INLINE void put(double* c, std::size_t row, Sym<T> m) {
-  write(c + row * kLanes, m.xx), write(c + (row + 1) * kLanes, m.xy),
-      write(c + (row + 2) * kLanes, m.xz), write(c + (row + 3) * kLanes, m.yy),
-      write(c + (row + 4) * kLanes, m.yz), write(c + (row + 5) * kLanes, m.zz);
+  write(c + row * kStride<T>, m.xx), write(c + (row + 1) * kStride<T>, m.xy),
+      write(c + (row + 2) * kStride<T>, m.xz), write(c + (row + 3) * kStride<T>, m.yy),
+      write(c + (row + 4) * kStride<T>, m.yz), write(c + (row + 5) * kStride<T>, m.zz);
 }
 
 /// Gathers and scatters the state of four bodies.
@@ -98,10 +110,18 @@ struct FourBodies {
   }
 };
 
+/// No state is left in columns that belong to no body.
+INLINE void clear_padding(const IslandView& p) {
+  for (std::size_t i = p.count; i % kLanes != 0; ++i)
+    for (std::size_t row = 0; row < kMemoryRows; ++row)
+      column(p.memory, kMemoryRows, i)[row * kLanes] = 0;
+}
+
 /// World vector of principal `moments` times the body-frame part of v: I v or its like.
-INLINE Vec<Four> times_inertia(Qua<Four> q, Vec<Four> moments, Vec<Four> v) {
-  const Vec<Four> b = rotated(back(q), v);
-  return rotated(q, Vec<Four>{moments.x * b.x, moments.y * b.y, moments.z * b.z});
+template <class F>
+INLINE Vec<F> times_inertia(Qua<F> q, Vec<F> moments, Vec<F> v) {
+  const Vec<F> b = rotated(back(q), v);
+  return rotated(q, Vec<F>{moments.x * b.x, moments.y * b.y, moments.z * b.z});
 }
 INLINE Vec<Four> inverted(Vec<Four> m) { return {1.0 / m.x, 1.0 / m.y, 1.0 / m.z}; }
 

@@ -15,16 +15,35 @@ namespace {
 
 INLINE Four load(const double* p) { return load_four(p); }
 INLINE void store(double* p, Four v) { store_four(p, v); }
-INLINE Four all(double x) { return Four{x, x, x, x}; }
 INLINE Four root(Four x) { return Four{::sqrt(x[0]), ::sqrt(x[1]), ::sqrt(x[2]), ::sqrt(x[3])}; }
+#ifdef PANTIN_HAS_EIGHT
+INLINE void store(double* p, Eight v) { store_eight(p, v); }
+INLINE Eight root(Eight x) {
+  return Eight{::sqrt(x[0]), ::sqrt(x[1]), ::sqrt(x[2]), ::sqrt(x[3]),
+               ::sqrt(x[4]), ::sqrt(x[5]), ::sqrt(x[6]), ::sqrt(x[7])};
+}
+using Lane = Eight;
+#else
+using Lane = Four;
+#endif
+/// Islands side by side.
+inline constexpr std::size_t kWide = sizeof(Lane) / sizeof(double);
+/// The same number in all lanes.
+template <class F = Four>
+INLINE F all(double x) {
+  return x - F{};
+}
 INLINE double sum(Four x) { return (x[0] + x[1]) + (x[2] + x[3]); }
 INLINE double largest(Four x) {
   const double a = x[0] > x[1] ? x[0] : x[1], b = x[2] > x[3] ? x[2] : x[3];
   return a > b ? a : b;
 }
-INLINE bool any_not_below(Four x, double bound) {
-  const auto below = x < all(bound);
-  return (below[0] & below[1] & below[2] & below[3]) == 0;
+template <class F>
+INLINE bool any_not_below(F x, double bound) {
+  const auto below = x < all<F>(bound);
+  auto every = below[0];
+  for (std::size_t l = 1; l < sizeof(F) / sizeof(double); ++l) every &= below[l];
+  return every == 0;
 }
 
 /// Vectors and quaternions of T: a scalar, or the values of four bodies.
@@ -55,6 +74,9 @@ INLINE Vec<T> operator*(T s, Vec<T> a) {
   return {s * a.x, s * a.y, s * a.z};
 }
 INLINE Vec<Four> operator*(double s, Vec<Four> a) { return {s * a.x, s * a.y, s * a.z}; }
+#ifdef PANTIN_HAS_EIGHT
+INLINE Vec<Eight> operator*(double s, Vec<Eight> a) { return {s * a.x, s * a.y, s * a.z}; }
+#endif
 template <class T>
 INLINE T dot(Vec<T> a, Vec<T> b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
@@ -85,22 +107,32 @@ template <class T>
 INLINE Qua<T> back(Qua<T> q) {
   return {-q.x, -q.y, -q.z, q.w};
 }
-INLINE Four norm2(Qua<Four> q) { return q.x * q.x + q.y * q.y + (q.z * q.z + q.w * q.w); }
-INLINE Qua<Four> scaled(Four s, Qua<Four> q) { return {s * q.x, s * q.y, s * q.z, s * q.w}; }
-INLINE Qua<Four> unit(Qua<Four> q) { return scaled(1.0 / root(norm2(q)), q); }
+template <class F>
+INLINE F norm2(Qua<F> q) {
+  return q.x * q.x + q.y * q.y + (q.z * q.z + q.w * q.w);
+}
+template <class F>
+INLINE Qua<F> scaled(F s, Qua<F> q) {
+  return {s * q.x, s * q.y, s * q.z, s * q.w};
+}
+template <class F>
+INLINE Qua<F> unit(Qua<F> q) {
+  return scaled(1.0 / root(norm2(q)), q);
+}
 /// The same for a quaternion that is normalised up to rounding: no root, no division.
-INLINE Qua<Four> unit_again(Qua<Four> q) {
-  const Four off = norm2(q) - 1.0, nearly = (0.375 * off - 0.5) * off + 1.0;
+template <class F>
+INLINE Qua<F> unit_again(Qua<F> q) {
+  const F off = norm2(q) - 1.0, nearly = (0.375 * off - 0.5) * off + 1.0;
   if (!any_not_below(off * off, 1e-12)) return scaled(nearly, q);
   return scaled(choose(off * off < 1e-12, nearly, 1.0 / root(norm2(q))), q);
 }
 
-template <class Mask>
-INLINE Vec<Four> chosen(Mask mask, Vec<Four> yes, Vec<Four> no) {
+template <class Mask, class F>
+INLINE Vec<F> chosen(Mask mask, Vec<F> yes, Vec<F> no) {
   return {choose(mask, yes.x, no.x), choose(mask, yes.y, no.y), choose(mask, yes.z, no.z)};
 }
-template <class Mask>
-INLINE Qua<Four> chosen(Mask mask, Qua<Four> yes, Qua<Four> no) {
+template <class Mask, class F>
+INLINE Qua<F> chosen(Mask mask, Qua<F> yes, Qua<F> no) {
   return {choose(mask, yes.x, no.x), choose(mask, yes.y, no.y), choose(mask, yes.z, no.z),
           choose(mask, yes.w, no.w)};
 }
@@ -109,14 +141,16 @@ INLINE Qua<Four> chosen(Mask mask, Qua<Four> yes, Qua<Four> no) {
 
 /// cos(a/2) and sin(a/2)/(a/2) of four angles up to 1 rad, from t = (a/2)^2. Taylor series, in
 /// pairs so that the additions do not wait for one another.
-INLINE Four cosine_of(Four t) {
-  const Four t2 = t * t, t4 = t2 * t2;
+template <class F>
+INLINE F cosine_of(F t) {
+  const F t2 = t * t, t4 = t2 * t2;
   return ((1.0 - t * (1.0 / 2)) + t2 * (1.0 / 24 - t * (1.0 / 720))) +
          t4 * ((1.0 / 40320 - t * (1.0 / 3628800)) +
                t2 * (1.0 / 479001600 - t * (1.0 / 87178291200)));
 }
-INLINE Four sine_part_of(Four t) {
-  const Four t2 = t * t, t4 = t2 * t2;
+template <class F>
+INLINE F sine_part_of(F t) {
+  const F t2 = t * t, t4 = t2 * t2;
   return ((1.0 - t * (1.0 / 6)) + t2 * (1.0 / 120 - t * (1.0 / 5040))) +
          t4 * ((1.0 / 362880 - t * (1.0 / 39916800)) +
                t2 * (1.0 / 6227020800 - t * (1.0 / 1307674368000)));
@@ -124,20 +158,21 @@ INLINE Four sine_part_of(Four t) {
 
 /// The quaternion of a rotation vector: by series up to 1 rad, by doubling an eighth of the angle
 /// up to 8 rad, by the library beyond.
-INLINE Qua<Four> exponential(Vec<Four> r) {
-  const Four t = 0.25 * dot(r, r);
-  const Four s = 0.5 * sine_part_of(t);
-  const Qua<Four> by_series{s * r.x, s * r.y, s * r.z, cosine_of(t)};
+template <class F>
+INLINE Qua<F> exponential(Vec<F> r) {
+  const F t = 0.25 * dot(r, r);
+  const F s = 0.5 * sine_part_of(t);
+  const Qua<F> by_series{s * r.x, s * r.y, s * r.z, cosine_of(t)};
   if (!any_not_below(t, 0.25)) return by_series;
-  const Four part = (1.0 / 64) * t;
-  const Four eighth = (1.0 / 16) * sine_part_of(part);
-  Qua<Four> q{eighth * r.x, eighth * r.y, eighth * r.z, cosine_of(part)};
+  const F part = (1.0 / 64) * t;
+  const F eighth = (1.0 / 16) * sine_part_of(part);
+  Qua<F> q{eighth * r.x, eighth * r.y, eighth * r.z, cosine_of(part)};
   for (int doubling = 0; doubling < 3; ++doubling) {
-    const Four w = q.w + q.w;
+    const F w = q.w + q.w;
     q = {w * q.x, w * q.y, w * q.z, w * q.w - 1.0};
   }
   if (any_not_below(t, 16.0)) {
-    for (int l = 0; l < 4; ++l) {
+    for (std::size_t l = 0; l < sizeof(F) / sizeof(double); ++l) {
       if (t[l] < 16.0) continue;
       const double half = ::sqrt(t[l]), by = 0.5 * ::sin(half) / half;
       q.x[l] = by * r.x[l], q.y[l] = by * r.y[l], q.z[l] = by * r.z[l], q.w[l] = ::cos(half);
@@ -148,41 +183,43 @@ INLINE Qua<Four> exponential(Vec<Four> r) {
 
 /// A quarter of the angle from its tangent in [0, 1]: atan by the rational approximation of the
 /// Cephes library, which holds to 0.66, and beyond from a quarter of pi.
-INLINE Four arc_tangent(Four t) {
-  const auto large = t > all(0.66);
-  const Four x = choose(large, (t - 1.0) / (t + 1.0), t);
-  const Four z = x * x;
-  const Four p = ((-8.750608600031904122785e-1 * z - 1.615753718733365076637e1) * z -
-                  7.500855792314704667340e1) *
-                     z -
-                 1.228866684490136173410e2;
-  const Four d = ((((z + 2.485846490142306297962e1) * z + 1.650270098316988542046e2) * z +
-                   4.328810604912902668951e2) *
-                      z +
-                  4.853903996359136964868e2) *
-                     z +
-                 1.945506571482613964425e2;
-  const Four a = x + x * z * (p * z - 6.485021904942025371773e1) / d;
+template <class F>
+INLINE F arc_tangent(F t) {
+  const auto large = t > all<F>(0.66);
+  const F x = choose(large, (t - 1.0) / (t + 1.0), t);
+  const F z = x * x;
+  const F p = ((-8.750608600031904122785e-1 * z - 1.615753718733365076637e1) * z -
+               7.500855792314704667340e1) *
+                  z -
+              1.228866684490136173410e2;
+  const F d = ((((z + 2.485846490142306297962e1) * z + 1.650270098316988542046e2) * z +
+                4.328810604912902668951e2) *
+                   z +
+               4.853903996359136964868e2) *
+                  z +
+              1.945506571482613964425e2;
+  const F a = x + x * z * (p * z - 6.485021904942025371773e1) / d;
   return choose(large, a + 0.78539816339744830962, a);
 }
 
 /// The shortest rotation vector of a unit quaternion: 2 asin(n)/n times its vector part, by the
 /// series up to 0.4 rad, beyond by the tangent of a quarter of the angle.
-INLINE Vec<Four> logarithm(Qua<Four> q) {
-  const Four sign = choose(q.w < 0.0, all(-1.0), all(1.0));
-  const Four z = q.x * q.x + q.y * q.y + q.z * q.z;
-  const Four z2 = z * z, z4 = z2 * z2, z8 = z4 * z4;
-  const Four series =
+template <class F>
+INLINE Vec<F> logarithm(Qua<F> q) {
+  const F sign = choose(q.w < 0.0, all<F>(-1.0), all<F>(1.0));
+  const F z = q.x * q.x + q.y * q.y + q.z * q.z;
+  const F z2 = z * z, z4 = z2 * z2, z8 = z4 * z4;
+  const F series =
       ((1.0 + z * (1.0 / 6)) + z2 * (3.0 / 40 + z * (5.0 / 112))) +
       z4 * ((35.0 / 1152 + z * (63.0 / 2816)) + z2 * (231.0 / 13312 + z * (143.0 / 10240))) +
       z8 * ((6435.0 / 557056 + z * (12155.0 / 1245184)) + z2 * (46189.0 / 5505024));
-  Four s = 2.0 * sign * series;
+  F s = 2.0 * sign * series;
   if (any_not_below(z, 0.04)) {
-    const Four n = root(z);
-    const auto turned = n > all(1e-150);
-    const Four some = choose(turned, n, all(1.0));
-    const Four by_tangent =
-        choose(turned, 4.0 * arc_tangent(some / (1.0 + sign * q.w)) / some, all(2.0));
+    const F n = root(z);
+    const auto turned = n > all<F>(1e-150);
+    const F some = choose(turned, n, all<F>(1.0));
+    const F by_tangent =
+        choose(turned, 4.0 * arc_tangent(some / (1.0 + sign * q.w)) / some, all<F>(2.0));
     s = choose(z < 0.04, s, sign * by_tangent);
   }
   return {s * q.x, s * q.y, s * q.z};

@@ -15,6 +15,14 @@ constexpr Real kClosedGap = 1e-5;
 /// Of the island's mass times its size: the multiplier of a cable that has just become taut.
 constexpr Real kLeast = 1e-30;
 
+/// What a tie keeps of another part of the step; its arms and its load are found anew.
+void forget(ConservingTie& t) {
+  t.open = t.was_taut = t.followed = t.strikes = false;
+  t.a = t.cable = kNobody;
+  t.stiffness = t.damping = t.across = t.length = t.softness = t.response = 0;
+  t.mu = Vec3(0);
+}
+
 /// Where a tie is fixed in the world over the step, and how fast it is at its end.
 struct Place {
   Vec3 before, after, velocity;
@@ -60,10 +68,10 @@ void begin_tie(const World& world, const Island& a, ConservingTie& t, const Plac
   t.still = t.still && !t.open;
 }
 
-/// The last tie: taut as at the end of the last step, to begin with.
-void begin_inextensible(StepScratch& r, const PackedCable& cable, Real to_mu) {
-  PANTIN_ASSERT(!r.ties.empty() && r.ties.back().cable < r.cable_rows.size());
-  ConservingTie& t = r.ties.back();
+/// Taut as at the end of the last step, to begin with.
+void begin_inextensible(const StepScratch& r, ConservingTie& t, const PackedCable& cable,
+                        Real to_mu) {
+  PANTIN_ASSERT(t.cable < r.cable_rows.size());
   const Real span = glm::length(t.before);
   t.followed = r.cable_rows[t.cable] == CableRow::followed;
   t.was_taut = cable.lambda > 0 && span > 0 && !t.followed;
@@ -91,11 +99,13 @@ void begin_ties(const World& world, Island& a, const StepPart& part) {
   StepScratch& r = a.scratch;
   PANTIN_ASSERT(part.begin < part.end && part.end <= 1);
   PANTIN_ASSERT(r.ties.capacity() >= tie_count(a));
-  r.ties.clear();
+  r.ties.resize(tie_count(a)), r.tie_sets.resize(r.ties.size());
+  ConservingTie* next = r.ties.data();
   r.tie_yield = part.yields ? kYielding : kTieSoftness;
   const Real to_mu = 0.5 / (part.whole * part.whole) * (part.end - part.begin) * part.whole;
   for (const PackedPin& pin : a.pins) {
-    ConservingTie& t = r.ties.emplace_back();
+    ConservingTie& t = *next++;
+    forget(t);
     t.b = pin.column, t.anchor_b = pin.anchor;
     t.a = pin.partner, t.anchor_a = pin.held_anchor;
     t.kind = pin.compliance > 0 ? TieKind::spring : TieKind::rigid;
@@ -103,12 +113,15 @@ void begin_ties(const World& world, Island& a, const StepPart& part) {
     begin_tie(world, a, t,
               {pin.partner == kNobody ? place_of(world, pin, part.whole) : Place{}, part,
                r.pin_gaps[static_cast<std::size_t>(&pin - a.pins.data())]});
-    if (t.kind == TieKind::rigid) r.ties.back().mu = -to_mu * pin.lambda;
+    if (t.kind == TieKind::rigid) t.mu = -to_mu * pin.lambda;
   }
+  std::uint32_t led = kNobody;  // several cables hang from a body
+  Pose led_before;
   for (const PackedCable& cable : a.cables) {
     const CableParameters& s = world.cables.values()[cable.cable].joint;
     const bool stretches = s.compliance > 0;
-    ConservingTie& t = r.ties.emplace_back();
+    ConservingTie& t = *next++;
+    forget(t);
     const bool has_b = cable.column_b != kNobody;
     PANTIN_ASSERT(has_b || cable.column_a != kNobody);
     t.cable = static_cast<std::uint32_t>(&cable - a.cables.data());
@@ -121,13 +134,14 @@ void begin_ties(const World& world, Island& a, const StepPart& part) {
     if (t.a == kNobody) {
       const std::uint32_t slot = has_b ? cable.slot_a : cable.slot_b;
       const Vec3 anchor = has_b ? s.anchor_a : s.anchor_b;
-      place.before = point_before(world, slot, anchor, part.whole);
+      if (slot != led) led = slot, led_before = pose_before(world, slot, part.whole);
+      place.before = to_world(led_before, anchor);
       place.after = point_on(world, slot, anchor);
       const Body& b = world.bodies.values()[slot];
       place.velocity = b.velocity + glm::cross(b.angular_velocity, b.pose.rotation * anchor);
     }
     begin_tie(world, a, t, {place, part});
-    if (!stretches) begin_inextensible(r, cable, to_mu);
+    if (!stretches) begin_inextensible(r, t, cable, to_mu);
   }
 }
 

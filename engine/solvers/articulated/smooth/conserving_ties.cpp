@@ -158,8 +158,9 @@ void add_own_rows(Island& a, std::size_t n, const RowsOf& rows_of) {
   StepScratch& r = a.scratch;
   std::size_t row = 0;
   for (ConservingTie& t : r.ties) {
-    PANTIN_ASSERT(t.rows.count == 0 || t.rows.count == 1 || t.rows.count == 3);
-    const auto count = static_cast<std::size_t>(t.rows.count);
+    TieRows& rows = rows_at(r, t);
+    PANTIN_ASSERT(rows.count == 0 || rows.count == 1 || rows.count == 3);
+    const auto count = static_cast<std::size_t>(rows.count);
     if (count == 0) continue;
     Real response = 0;
     for (std::size_t i = 0; i < count; ++i)
@@ -167,12 +168,11 @@ void add_own_rows(Island& a, std::size_t n, const RowsOf& rows_of) {
     if (count == 1) t.response = response;
     if (t.softness == 0) t.softness = r.tie_yield * response;
     // The matrix has the rows that were counted: a tie that would now have others keeps them.
-    if (const TieRows now = rows_of(t); now.count == t.rows.count) t.rows = now;
-    const Vec3 right = t.rows.right - change_of(a, t) * t.rows.by;
+    if (const TieRows now = rows_of(t); now.count == rows.count) rows = now;
+    const Vec3 right = rows.right - change_of(a, t) * rows.by;
     for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t j = 0; j < count; ++j)
-        r.tie_matrix[(row + i) * n + row + j] -=
-            t.rows.own[static_cast<int>(j)][static_cast<int>(i)];
+        r.tie_matrix[(row + i) * n + row + j] -= rows.own[static_cast<int>(j)][static_cast<int>(i)];
       r.tie_solution[row + i] = right[static_cast<int>(i)];
     }
     row += count;
@@ -185,7 +185,7 @@ template <class RowsOf, class Take>
 bool solve_ties(Island& a, Arms arms, const RowsOf& rows_of, const Take& take) {
   StepScratch& r = a.scratch;
   std::size_t n = 0;
-  for (ConservingTie& t : r.ties) n += static_cast<std::size_t>((t.rows = rows_of(t)).count);
+  for (ConservingTie& t : r.ties) n += static_cast<std::size_t>((rows_at(r, t) = rows_of(t)).count);
   if (n == 0) return true;
   fill_tie_matrix(a, arms, n);
   add_own_rows(a, n, rows_of);
@@ -193,9 +193,10 @@ bool solve_ties(Island& a, Arms arms, const RowsOf& rows_of, const Take& take) {
   clear_tie_impulses(r);
   std::size_t row = 0;
   for (ConservingTie& t : r.ties) {
-    if (t.rows.count == 0) continue;
+    const TieRows& rows = rows_at(r, t);
+    if (rows.count == 0) continue;
     Vec3 mu(0);
-    for (int i = 0; i < t.rows.count; ++i) mu += r.tie_solution[row++] * t.rows.directions[i];
+    for (int i = 0; i < rows.count; ++i) mu += r.tie_solution[row++] * rows.directions[i];
     add_tie_impulse(r, t, mu, arms);
     take(t, mu);
   }
@@ -248,7 +249,8 @@ TieRows rigid_speeds(const ConservingTie& t) {
 }
 
 bool has_tie_rows(const StepScratch& r) {
-  return std::any_of(r.ties.begin(), r.ties.end(), [](auto& t) { return t.rows.count > 0; });
+  return std::any_of(r.tie_sets.begin(), r.tie_sets.end(),
+                     [](const TieRows& rows) { return rows.count > 0; });
 }
 
 bool correct(void* context) {

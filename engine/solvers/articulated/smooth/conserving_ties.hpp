@@ -15,6 +15,12 @@ struct TiedStep {
   const Body& body(std::uint32_t c) const { return world.bodies.values()[a.slots[c]]; }
 };
 
+/// The part of a tie of the island in the equations that couple ties.
+inline TieRows& rows_at(StepScratch& r, const ConservingTie& t) {
+  PANTIN_ASSERT(r.tie_sets.size() == r.ties.size());
+  return r.tie_sets[static_cast<std::size_t>(&t - r.ties.data())];
+}
+
 /// Arms of impulses: at the means of the poses, or at the end.
 enum class Arms : std::uint8_t { mean, end };
 /// The response of the island to impulses of ties, by the last elimination (tie_response.cpp): the

@@ -49,16 +49,17 @@ bool are_alike(const World& world, const Island& a, const Island& b) {
 
 /// Numbers of the islands that a thread steps side by side.
 struct LaneRoom {
+  const std::size_t wide = kernels().lanes;
   std::vector<Real> numbers, table, gains;
   std::vector<std::uint32_t> rows;
-  std::array<std::vector<CableRow>, kLanes> cable_rows;  // before the part
+  std::array<std::vector<CableRow>, kMostAbreast> cable_rows;  // before the part
 
   /// Grows to what the islands need; keeps it from step to step.
   void fit(const Island& a, const LaneTies* of) {
     grow(numbers, kernels().lane_numbers(a.count(), a.trees.size(), of));
     if (!of) return;
-    grow(table, kLaneCableRows * kLanes * of->count), grow(gains, kLanes * of->count);
-    grow(rows, of->count);
+    grow(table, kLaneCableRows * wide * of->count), grow(gains, wide * of->count);
+    grow(rows, 2 * of->count + of->steps);
     for (std::vector<CableRow>& own : cable_rows) grow(own, of->count);
   }
 
@@ -81,10 +82,10 @@ struct Lane {
 
   std::vector<ConservingTie>& ties() const { return step.a.scratch.ties; }
   Real number(std::size_t tie, std::size_t row) const {
-    return room.table[(kLaneCableRows * tie + row) * kLanes + lane];
+    return room.table[(kLaneCableRows * tie + row) * room.wide + lane];
   }
   void set(std::size_t tie, std::size_t row, Real x) const {
-    room.table[(kLaneCableRows * tie + row) * kLanes + lane] = x;
+    room.table[(kLaneCableRows * tie + row) * room.wide + lane] = x;
   }
   Vec3 vec(std::size_t tie, std::size_t row) const {
     return {number(tie, row), number(tie, row + 1), number(tie, row + 2)};
@@ -126,9 +127,6 @@ void write_kinds(const Lane& lane) {
   }
 }
 
-bool solve(void* context, std::size_t rows) {
-  return solve_tie_equations(static_cast<const Lane*>(context)->step.a.scratch, rows);
-}
 bool is_hit_early(void* context) {
   const Lane& lane = *static_cast<const Lane*>(context);
   read_ties(lane);
@@ -163,9 +161,6 @@ LaneIsland lane_island(World& world, Lane& lane, const ConservingInput& in) {
           &lane,
           &with.iterations,
           r.tie_factors.data(),
-          r.tie_matrix.data(),
-          r.tie_solution.data(),
-          solve,
           is_hit_early,
           ends_early,
           strike,
@@ -182,16 +177,16 @@ void take_parts_together(World& world, CrowdScratch& crowd, std::span<const std:
   Island& first = *step(0).island;
   const CrowdShape& shape = crowd.shapes[step(0).shape];
   const StepScratch& r = first.scratch;
-  const LaneTies ties{shape.ties.size(),          shape.ties.data(), r.tie_paths.data(),
-                      r.tie_paths.size(),         shape.longest,     shape.meetings.data(),
-                      shape.meeting_starts.data()};
+  const LaneTies ties{shape.ties.size(),      shape.ties.data(),  r.tie_paths.data(),
+                      r.tie_paths.size(),     shape.longest,      shape.place_starts.data(),
+                      shape.positions.data(), shape.tie_at.data()};
   const LaneTies* const tied = first.cables.empty() ? nullptr : &ties;
   room.fit(first, tied);
-  std::array<ConservingInput, kLanes> inputs;
-  std::array<std::optional<TiedPart>, kLanes> parts;
-  std::array<std::optional<Lane>, kLanes> lanes;
-  std::array<LaneIsland, kLanes> islands;
-  std::array<LaneOutcome, kLanes> outcomes{};
+  std::array<ConservingInput, kMostAbreast> inputs;
+  std::array<std::optional<TiedPart>, kMostAbreast> parts;
+  std::array<std::optional<Lane>, kMostAbreast> lanes;
+  std::array<LaneIsland, kMostAbreast> islands;
+  std::array<LaneOutcome, kMostAbreast> outcomes{};
   for (std::size_t l = 0; l < going.size(); ++l) {
     Island& a = *step(l).island;
     inputs[l] = begin_part(world, a, step(l).parts);
@@ -221,12 +216,10 @@ void take_parts_together(World& world, CrowdScratch& crowd, std::span<const std:
 
 namespace {
 
-/// What the paths of the cables of an island share.
-void find_meetings(const World& world, const Island& a, CrowdShape& shape) {
+/// The cables of an island, and whose paths share its places.
+void find_shape(const World& world, const Island& a, CrowdShape& shape) {
   const StepScratch& r = a.scratch;
-  const std::size_t n = a.cables.size();
-  shape.meeting_starts.push_back(0);
-  for (std::size_t i = 0; i < n; ++i) {
+  for (std::size_t i = 0; i < a.cables.size(); ++i) {
     const PackedCable& cable = a.cables[i];
     const bool has_b = cable.column_b != UINT32_MAX;
     const std::uint32_t first = r.tie_path_starts[i], count = r.tie_path_starts[i + 1] - first;
@@ -234,17 +227,18 @@ void find_meetings(const World& world, const Island& a, CrowdShape& shape) {
     shape.ties.push_back({has_b ? cable.column_a : UINT32_MAX,
                           has_b ? cable.column_b : cable.column_a, first, count,
                           stretches(world, a, i)});
-    const auto own = std::span(r.tie_paths).subspan(first, count);
-    for (std::size_t j = 0; j < n; ++j) {
-      const auto other =
-          std::span(r.tie_paths)
-              .subspan(r.tie_path_starts[j], r.tie_path_starts[j + 1] - r.tie_path_starts[j]);
-      for (std::uint32_t k = 0; k < own.size(); ++k)
-        for (std::uint32_t m = 0; m < other.size(); ++m)
-          if (own[k].column == other[m].column) shape.meetings.push_back({k, m});
-      shape.meeting_starts.push_back(static_cast<std::uint32_t>(shape.meetings.size()));
-    }
   }
+  shape.place_starts.assign(2 * a.count() + 1, 0);
+  for (const TiePathStep& step : r.tie_paths) ++shape.place_starts[step.column + 1];
+  for (std::size_t c = 0; c < 2 * a.count(); ++c)
+    shape.place_starts[c + 1] += shape.place_starts[c];
+  shape.positions.resize(r.tie_paths.size()), shape.tie_at.resize(r.tie_paths.size());
+  std::vector<std::uint32_t> next = shape.place_starts;
+  for (std::uint32_t i = 0; i < shape.ties.size(); ++i)
+    for (std::uint32_t k = shape.ties[i].path; k < shape.ties[i].path + shape.ties[i].count; ++k) {
+      shape.positions[k] = next[r.tie_paths[k].column]++;
+      shape.tie_at[shape.positions[k]] = i;
+    }
 }
 
 }  // namespace
@@ -270,7 +264,7 @@ void find_crowds(const World& world, Islands& all) {
       ++end;
     if (end - i == 1) continue;
     const auto shape = static_cast<std::uint32_t>(crowd.shapes.size());
-    find_meetings(world, first, crowd.shapes.emplace_back());
+    find_shape(world, first, crowd.shapes.emplace_back());
     for (std::size_t k = i; k < end; ++k) members.push_back({crowd.order[k].island, shape});
   }
   crowd.order = std::move(members);
@@ -284,7 +278,7 @@ void step_crowds(World& world, const StepTask& task) {
   crowd.steps.clear();
   for (const auto& [island, shape] : crowd.order) {
     Island& a = all.list[island];
-    if (a.asleep || a.in_group || a.forced || !conserves(world, a)) continue;
+    if (a.asleep || a.in_group || a.forced || !a.conserves || !a.finite) continue;
     // A cable may have been given another kind.
     const std::vector<LaneTies::Tie>& ties = crowd.shapes[shape].ties;
     bool fits = true;
@@ -305,7 +299,7 @@ void step_crowds(World& world, const StepTask& task) {
     crowd.units.clear();
     for (std::size_t i = 0, end = 0; i < crowd.going.size(); i = end) {
       end = i + 1;
-      while (end < crowd.going.size() && end - i < kLanes &&
+      while (end < crowd.going.size() && end - i < kernels().lanes &&
              crowd.steps[crowd.going[i]].shape == crowd.steps[crowd.going[end]].shape)
         ++end;
       crowd.units.push_back({i, end - i});

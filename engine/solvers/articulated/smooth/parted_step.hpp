@@ -47,9 +47,8 @@ struct CrowdStep {
 /// What islands alike have in common.
 struct CrowdShape {
   std::vector<LaneTies::Tie> ties;
-  std::vector<TieMeeting> meetings;
-  std::vector<std::uint32_t> meeting_starts;
-  std::size_t longest = 0;  // path of a tie
+  std::vector<std::uint32_t> place_starts, positions, tie_at;  // see LaneTies
+  std::size_t longest = 0;                                     // path of a tie
 };
 struct CrowdScratch {
   struct Member {

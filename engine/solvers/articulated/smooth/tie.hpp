@@ -38,7 +38,6 @@ struct ConservingTie {
   Real length = 0;                      // m
   Real softness = 0;                    // s/kg, of a rigid tie or a taut cable
   Real response = 0;                    // s/kg: change of d by an impulse
-  TieRows rows;
   Vec3 start_a{0}, start_b{0}, mean_a{0}, mean_b{0}, end_a{0}, end_b{0};  // arms
   Vec3 mu{0};          // impulse of half the step that pulls b to a, kg m/s
   Mat3 derivative{0};  // of mu by `now`

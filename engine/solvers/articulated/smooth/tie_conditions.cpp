@@ -64,7 +64,7 @@ void reserve_ties(Island& a) {
   StepScratch& r = a.scratch;
   const std::size_t ties = tie_count(a), n = a.count();
   const std::size_t rows = ties <= kMostTies ? 3 * ties : 0;
-  r.ties.reserve(rows / 3);
+  r.ties.reserve(rows / 3), r.tie_sets.reserve(rows / 3);
   r.tie_blocks.assign(kTieBlock * n, 0), r.tie_factors.assign(kTieFactor * n, 0);
   r.tie_impulses.assign(n, Vec3(0)), r.tie_torques.assign(n, Vec3(0));
   r.tie_joints.assign(n, Vec3(0));

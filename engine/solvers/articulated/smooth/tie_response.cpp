@@ -160,9 +160,10 @@ void fill_all_shares(Island& a, const Nodes& nodes, Arms arms) {
   for (std::size_t tie = 0; tie < r.ties.size(); ++tie) {
     const ConservingTie& t = r.ties[tie];
     const std::uint32_t first = r.tie_path_starts[tie], count = r.tie_path_starts[tie + 1] - first;
-    for (int i = 0; i < t.rows.count; ++i) {
+    const TieRows& rows = r.tie_sets[tie];
+    for (int i = 0; i < rows.count; ++i) {
       r.tie_rows.push_back({first, count, share});
-      fill_shares(a, nodes, arms, {t, t.rows.directions[i], t.rows.by[i]});
+      fill_shares(a, nodes, arms, {t, rows.directions[i], rows.by[i]});
       share += count;
     }
   }
