@@ -58,7 +58,7 @@ constexpr FindingInfo kInfos[] = {
     {"turned_too_far", "rad",
      "For a whole turn on end a body turned further in each step than its solver can follow, and "
      "it has more than a twentieth of its mechanism's kinetic energy; about an axis of symmetry it "
-     "may turn as fast as it likes, unless it rolls on that.",
+     "may turn as fast as it likes, unless it rolls or spins on what it touches.",
      "Take a shorter step, or \"lagrangian\" with \"rk4\" or \"radau\", which divide it."},
     {"spring_unresolved", "rad",
      "A spring of a joint or a pin, with little damping, swings by more in a step than its solver "

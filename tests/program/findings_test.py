@@ -58,6 +58,14 @@ class Findings(unittest.TestCase):
                 self.assertIn(kind, {f["kind"] for f in told["findings"]})
                 self.assertNotEqual(told["status"], "ok")
 
+    def test_a_top_that_spins_faster_than_contacts_follow_is_told(self):
+        scene = ROOT / "tests/data/findings/top_on_floor.json"
+        for step, told in ((1 / 60, True), (1 / 120, False), (1 / 240, False)):
+            arguments = (scene, "--solver", "lagrangian", "--step", step, "--json")
+            findings = json.loads(run(*arguments).stdout)["findings"]
+            with self.subTest(step):
+                self.assertEqual("turned_too_far" in {f["kind"] for f in findings}, told)
+
     def test_strict_makes_findings_exit_three(self):
         arguments = (NET, "--solver", "sweep", "--duration", 0.2)
         self.assertEqual(run(*arguments).returncode, 0)
