@@ -101,14 +101,14 @@ Result<Done> AtomicFile::write(std::string_view bytes) {
 Result<Done> AtomicFile::commit() {
   errno = 0;
   if (failed_ != 0 || !file_ || std::fflush(file_) != 0) {
-    const auto failure = fail(errno);
+    auto failure = fail(errno);
     abandon();
     return failure;
   }
   const bool closed = close();
   if (part_ == target_) return closed ? Result<Done>(Done{}) : fail(errno);
   if (closed && std::rename(part_.c_str(), target_.c_str()) == 0) return Done{};
-  const auto failure = fail(errno);
+  auto failure = fail(errno);
   std::remove(part_.c_str());
   return failure;
 }

@@ -255,11 +255,12 @@ std::string as_text(const Prepared& p, const ModeMap& map, std::size_t columns, 
       width = std::max(width, cells.back().size());
     }
   std::string text;
-  for (std::size_t at = 0; at < cells.size(); ++at) {
-    const bool last = (at + 1) % columns == 0;
-    text += cells[at];
-    text += last ? "\n" : std::string(width + 1 - cells[at].size(), ' ');
-  }
+  auto cell = cells.begin();
+  for (std::size_t j = 0; j < rows; ++j)
+    for (std::size_t i = 0; i < columns; ++i, ++cell) {
+      text += *cell;
+      text += i + 1 == columns ? "\n" : std::string(width + 1 - cell->size(), ' ');
+    }
   return text;
 }
 

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <type_traits>
 
+#include "engine/base/check.hpp"
 #include "engine/render/context.hpp"
 
 namespace pantin::detail {
@@ -153,6 +154,7 @@ Result<std::unique_ptr<Context>> open_device(const Egl& egl) {
 Result<std::unique_ptr<Context>> open_egl(GlPath path, const char* library) {
   Egl egl;
   if (std::string why = load_egl(egl, library); !why.empty()) return Error{why};
+  PANTIN_ASSERT(egl.query_string && egl.get_platform_display && egl.get_proc_address);
   const char* const platform =
       path == GlPath::device ? "EGL_EXT_platform_device" : "EGL_MESA_platform_surfaceless";
   if (!has_word(egl.query_string(EGL_NO_DISPLAY, EGL_EXTENSIONS), platform))
