@@ -1,6 +1,7 @@
 // Islands alike are stepped side by side, each in a lane: what one does must not depend on who is
 // beside it, to the last bit.
 #include <catch2/catch.hpp>
+#include <limits>
 
 #include "engine/pantin/measure.hpp"
 #include "tests/runtime/puppets.hpp"
@@ -117,6 +118,68 @@ TEST_CASE("a crowd of puppets on strings moves as each alone") {
   // Slack strings that come to their lengths at times of their own, with blows.
   CHECK(difference(hung_puppet(0.05), 5, 120) == "");
   CHECK(difference(light_above_heavy(), 1, 60) == "");
+}
+
+TEST_CASE("one of a crowd that is lost, pushed or gone leaves the others as they are") {
+  const World one = hung_puppet(0.02);
+  const std::uint32_t count = static_cast<std::uint32_t>(one.bodies.size());
+  constexpr std::uint32_t kBad = 3;  // copy
+  const auto disturb = [&](Simulation& sim, int way, int step) {
+    Body& b = sim.world.bodies.values()[kBad * count + 1];
+    const Entity e = sim.world.bodies.owners()[kBad * count + 1];
+    if (way == 0 && step == 20) b.velocity.x = std::numeric_limits<Real>::quiet_NaN();
+    if (way == 1 && step == 20) b.angular_velocity = Vec3(1e200);
+    if (way == 2 && step >= 20) sim.world.push(e, {0, 30, 4}, {0, 0.1, 0});
+    if (way == 3 && step == 20) b.pose.position += Vec3(0, 1, 0), b.restart = b.teleport = true;
+    if (way == 4 && step == 20) b.mass = 1e6;
+    if (way == 5 && step == 20) b.drag = 3;
+  };
+  for (int way = 0; way < 6; ++way) {
+    Simulation together(copies_of(one, 3), {1.0 / 60});
+    StepReport report;
+    for (int i = 0; i < 60 && report.status != Status::diverged; ++i)
+      disturb(together, way, i), report = together.step();
+    // What is lost ends the run, and is named.
+    if (way < 2) {
+      CHECK(report.status == Status::diverged);
+      CHECK(report.body == together.world.bodies.owners()[kBad * count + 1]);
+      continue;
+    }
+    for (int n = 0; n < kMany; ++n) {
+      if (n == static_cast<int>(kBad)) continue;
+      CAPTURE(way, n);
+      Simulation alone(copies_of(one, 3, n), {1.0 / 60});
+      for (int i = 0; i < 60; ++i) alone.step();
+      for (std::uint32_t i = 0; i < count; ++i) {
+        const Body &a = alone.world.bodies.values()[i],
+                   &b = together.world.bodies.values()[static_cast<std::uint32_t>(n) * count + i];
+        CHECK(a.pose.position == b.pose.position);
+        CHECK(a.angular_velocity == b.angular_velocity);
+      }
+    }
+  }
+}
+
+TEST_CASE("a crowd of which some are destroyed and added goes on as each alone") {
+  const World one = tree(false, true, 0.1);
+  const std::size_t count = one.bodies.size();
+  Simulation together(copies_of(one, 1), {1.0 / 60});
+  Simulation alone(copies_of(one, 1, kMany - 1), {1.0 / 60});
+  std::vector<Entity> last;  // bodies of the last copy
+  for (std::size_t i = 0; i < count; ++i)
+    last.push_back(together.world.bodies.owners()[(kMany - 1) * count + i]);
+  for (int i = 0; i < 60; ++i) {
+    // The first copies go one by one, until the last has nobody beside it.
+    if (i % 8 == 4 && together.world.bodies.size() > count)
+      for (std::size_t k = 0; k < count; ++k)
+        together.world.destroy(together.world.bodies.owners().front());
+    together.step(), alone.step();
+  }
+  CHECK(together.world.bodies.size() == count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Body &a = alone.world.bodies.values()[i], &b = together.world.bodies[last[i]];
+    CHECK(glm::length(a.pose.position - b.pose.position) < 1e-12);
+  }
 }
 
 TEST_CASE("a crowd moves alike on any number of threads") {

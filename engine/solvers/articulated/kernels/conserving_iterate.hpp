@@ -13,7 +13,7 @@ struct ConservingIterate {
 
   using N = typename Lanes::Number;
   using P = typename Lanes::Wide;
-  static constexpr std::size_t kNumber = sizeof(N) / sizeof(double);
+  static constexpr std::size_t kNumber = kNumbersIn<N>;
 
   Lanes& lanes;
   const ConservingInput& in;  // of any of the islands: what they have in common

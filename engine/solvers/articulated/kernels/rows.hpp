@@ -54,11 +54,11 @@ INLINE LaneRow<F> row_of(F a, F b, F c, F d) {
 /// Consecutive numbers from `p`, each of them a number or four side by side.
 template <class N>
 INLINE double* number_at(double* p, std::size_t i) {
-  return p + i * (sizeof(N) / sizeof(double));
+  return p + i * kNumbersIn<N>;
 }
 template <class N>
 INLINE const double* number_at(const double* p, std::size_t i) {
-  return p + i * (sizeof(N) / sizeof(double));
+  return p + i * kNumbersIn<N>;
 }
 template <class N>
 INLINE N get(const double* p, std::size_t i) {
@@ -78,7 +78,7 @@ template <class N>
 struct Rows {
   Row<N> x, y, z;
   INLINE static Row<N> one_from(const double* p, std::size_t i) {
-    if constexpr (sizeof(N) == sizeof(double))
+    if constexpr (kNumbersIn<N> == 1)
       return load(p + i);
     else
       return {{get<N>(p, i), get<N>(p, i + 1), get<N>(p, i + 2), get<N>(p, i + 3)}};
@@ -92,7 +92,7 @@ struct Rows {
 
  private:
   INLINE static void put_row(double* p, std::size_t i, const Row<N>& row) {
-    if constexpr (sizeof(N) == sizeof(double))
+    if constexpr (kNumbersIn<N> == 1)
       store(p + i, row);
     else
       for (std::size_t n = 0; n < 4; ++n) store(number_at<N>(p, i + n), row[n]);

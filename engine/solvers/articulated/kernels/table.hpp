@@ -45,8 +45,7 @@ INLINE void write(double* p, Four v) { store(p, v); }
 
 /// Numbers from a row of a table to the next.
 template <class T>
-inline constexpr std::size_t kStride = sizeof(T) == sizeof(double) ? kLanes
-                                                                   : sizeof(T) / sizeof(double);
+inline constexpr std::size_t kStride = kNumbersIn<T> == 1 ? kLanes : kNumbersIn<T>;
 
 /// Rows of a table at one column (T = double) or at a block of four (T = Four or Lane).
 template <class T>

@@ -16,7 +16,14 @@ namespace {
 INLINE Four load(const double* p) { return load_four(p); }
 INLINE void store(double* p, Four v) { store_four(p, v); }
 INLINE Four root(Four x) { return Four{::sqrt(x[0]), ::sqrt(x[1]), ::sqrt(x[2]), ::sqrt(x[3])}; }
+/// Numbers side by side.
+template <class T>
+inline constexpr std::size_t kNumbersIn = 1;
+template <>
+inline constexpr std::size_t kNumbersIn<Four> = 4;
 #ifdef PANTIN_HAS_EIGHT
+template <>
+inline constexpr std::size_t kNumbersIn<Eight> = 8;
 INLINE void store(double* p, Eight v) { store_eight(p, v); }
 INLINE Eight root(Eight x) {
   return Eight{::sqrt(x[0]), ::sqrt(x[1]), ::sqrt(x[2]), ::sqrt(x[3]),
@@ -27,7 +34,7 @@ using Lane = Eight;
 using Lane = Four;
 #endif
 /// Islands side by side.
-inline constexpr std::size_t kWide = sizeof(Lane) / sizeof(double);
+inline constexpr std::size_t kWide = kNumbersIn<Lane>;
 /// The same number in all lanes.
 template <class F = Four>
 INLINE F all(double x) {
@@ -42,7 +49,7 @@ template <class F>
 INLINE bool any_not_below(F x, double bound) {
   const auto below = x < all<F>(bound);
   auto every = below[0];
-  for (std::size_t l = 1; l < sizeof(F) / sizeof(double); ++l) every &= below[l];
+  for (std::size_t l = 1; l < kNumbersIn<F>; ++l) every &= below[l];
   return every == 0;
 }
 
@@ -172,7 +179,7 @@ INLINE Qua<F> exponential(Vec<F> r) {
     q = {w * q.x, w * q.y, w * q.z, w * q.w - 1.0};
   }
   if (any_not_below(t, 16.0)) {
-    for (std::size_t l = 0; l < sizeof(F) / sizeof(double); ++l) {
+    for (std::size_t l = 0; l < kNumbersIn<F>; ++l) {
       if (t[l] < 16.0) continue;
       const double half = ::sqrt(t[l]), by = 0.5 * ::sin(half) / half;
       q.x[l] = by * r.x[l], q.y[l] = by * r.y[l], q.z[l] = by * r.z[l], q.w[l] = ::cos(half);
