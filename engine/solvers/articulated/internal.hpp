@@ -135,6 +135,8 @@ void end_part(World& world, Island& a, PartedStep& step, const TiedPart& with);
 void take_part(World& world, Island& a, PartedStep& step);
 /// After the last part. False if a body is lost, which `lost` then names.
 bool end_parts(World& world, Island& a, const PartedStep& step, Entity& lost);
+/// Before a step: the result of the last one.
+inline void forget_result(Island& a) { a.lost = Entity{}, a.energy_removed = 0, a.jammed = false; }
 /// Islands alike side by side (crowd.cpp): which are, when the structure has changed; their steps.
 void find_crowds(const World& world, Islands& all);
 void step_crowds(World& world, const StepTask& task);

@@ -24,11 +24,12 @@ void catch_up(World& world, const StepTask& task) {
 
 void adjust_all(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
-  for (Island& a : all) a.lost = Entity{}, a.energy_removed = 0, a.jammed = a.in_crowd = false;
   step_crowds(world, task);
   for_each_island(all.size(), task, [&](std::size_t i) {
     Island& a = all[i];
-    if (!a.in_crowd && (!a.in_group || a.asleep)) adjust(world, a, task.h, a.lost);
+    if (a.in_crowd) return;
+    forget_result(a);
+    if (!a.in_group || a.asleep) adjust(world, a, task.h, a.lost);
   });
   step_contact_groups(world, task);
 }

@@ -248,6 +248,7 @@ void find_crowds(const World& world, Islands& all) {
   crowd.order.clear(), crowd.steps.clear(), crowd.shapes.clear();
   std::vector<std::uint64_t> hashes(all.list.size(), 0);
   for (std::uint32_t i = 0; i < all.list.size(); ++i) {
+    all.list[i].in_crowd = false;
     if (!fits_lanes(all.list[i])) continue;
     crowd.order.push_back({i, 0}), hashes[i] = shape_of(world, all.list[i]);
   }
@@ -276,8 +277,10 @@ void step_crowds(World& world, const StepTask& task) {
   Islands& all = world.memory.of<Islands>();
   CrowdScratch& crowd = all.crowd;
   crowd.steps.clear();
+  if (crowd.order.empty()) return;
   for (const auto& [island, shape] : crowd.order) {
     Island& a = all.list[island];
+    a.in_crowd = false;
     if (a.asleep || a.in_group || a.forced || !a.conserves || !a.finite) continue;
     // A cable may have been given another kind.
     const std::vector<LaneTies::Tie>& ties = crowd.shapes[shape].ties;
@@ -285,7 +288,7 @@ void step_crowds(World& world, const StepTask& task) {
     for (std::size_t n = 0; n < ties.size(); ++n)
       fits = fits && ties[n].stretches == stretches(world, a, n);
     if (!fits) continue;
-    a.in_crowd = true;
+    a.in_crowd = true, forget_result(a);
     crowd.steps.push_back({&a, shape, {}});
   }
   for_each_island(crowd.steps.size(), task, [&](std::size_t i) {
