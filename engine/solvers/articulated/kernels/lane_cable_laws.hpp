@@ -2,6 +2,7 @@
 /// Cables of islands side by side: their laws, as conserving_ties.cpp and slack_cables.cpp have
 /// them for one island, an island in each lane.
 #include "engine/solvers/articulated/kernels/lane_tables.hpp"
+#include "engine/solvers/articulated/smooth/cable_law.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
@@ -13,8 +14,6 @@ INLINE Vec<Lane> turned(Qua<Lane> q, Vec<Lane> v) {
   const Vec<Lane> u{q.x, q.y, q.z}, uv = cross(u, v);
   return v + 2.0 * (q.w * uv + cross(u, uv));
 }
-INLINE Vec<Lane> normalized(Vec<Lane> v) { return (1.0 / root(dot(v, v))) * v; }
-INLINE Lane length_of(Vec<Lane> v) { return root(dot(v, v)); }
 class LaneCableLaws {
  public:
   LaneCableLaws(const ConservingLanes& lanes, LaneTables& tables) : all_(lanes), t_(tables) {
@@ -29,17 +28,8 @@ class LaneCableLaws {
   bool is_alone(std::size_t l) const { return alone_[l]; }
 
  protected:
-  /// As conserving_ties.cpp and slack_cables.cpp have them.
-  static constexpr int kChangeAtOnce = 6;
-  static constexpr double kAtLength = 1e-10, kAccepted = 3e-6, kFollowed = 1e-9, kSlight = 0.1;
-
   /// All bits of a lane set, or none.
   using Mask = decltype(Lane{} < Lane{});
-  /// Of an elastic cable: see load_of_cable.
-  struct Load {
-    Vec<Lane> mu, derivative[3];  // by columns
-    Lane across;
-  };
 
   std::size_t count() const { return all_.ties->count; }
   const LaneTies::Tie& tie(std::size_t n) const { return all_.ties->ties[n]; }
@@ -82,8 +72,7 @@ class LaneCableLaws {
   }
   Mask has_to_change(std::size_t n) const {
     const double* const k = at(n);
-    const Vec<Lane> sum = vec<Lane>(k, kCableBefore) + vec<Lane>(k, kCableNow);
-    const Lane pull = dot(vec<Lane>(k, kCableMu), normalized(sum));
+    const Lane pull = dot(vec<Lane>(k, kCableMu), direction_of(span_of(k)));
     const auto pushes = pull * num<Lane>(k, kCableSoftness) < least_;
     const auto too_long = over_of(k) > near_;
     const Lane kinds = num<Lane>(k, kCableKind), waits = num<Lane>(k, kCableFollowed);
@@ -97,41 +86,12 @@ class LaneCableLaws {
     k[kCableSoftness * kWide] = 0;
   }
 
-  Load load_of(std::size_t n, Lane h) const {
-    const double* const k = at(n);
-    const Vec<Lane> before = vec<Lane>(k, kCableBefore), now = vec<Lane>(k, kCableNow);
-    const Lane length = num<Lane>(k, kCableLength), stiffness = num<Lane>(k, kCableStiffness);
-    const Lane l0 = length_of(before), l1 = length_of(now), none = all<Lane>(0);
-    const Lane over0 = choose(l0 > length, l0 - length, none),
-               over1 = choose(l1 > length, l1 - length, none);
-    const Vec<Lane> mean = 0.5 * (before + now);
-    const Lane both = l0 + l1, squares = l1 * l1 - l0 * l0;
-    const auto stretched0 = over0 > none, stretched1 = over1 > none;
-    const Lane of_both = stiffness * (1.0 - 2.0 * length / both);
-    const Lane by_both = 2.0 * stiffness * length / (both * both);
-    const Lane of_one = stiffness * (over1 * over1 - over0 * over0) / squares;
-    const Lane by_one = 2.0 * (stiffness * over1 - of_one * l1) / squares;
-    const Lane s =
-        choose(stretched0, choose(stretched1, of_both, of_one), choose(stretched1, of_one, none));
-    const Lane by_length =
-        choose(stretched0, choose(stretched1, by_both, by_one), choose(stretched1, by_one, none));
-    const Lane diagonal = 0.5 * h * (0.5 * s), f = 0.5 * h * by_length;
-    const auto has_length = l1 > none;
-    const Vec<Lane> along{now.x / l1, now.y / l1, now.z / l1};
-    const auto column_of = [&](Lane component) {
-      const Vec<Lane> v{f * (mean.x * component), f * (mean.y * component),
-                        f * (mean.z * component)};
-      return chosen(has_length, v, Vec<Lane>{});
-    };
-    Load load{0.5 * h * s * mean,
-              {column_of(along.x), column_of(along.y), column_of(along.z)},
-              0.5 * h * s};
-    load.derivative[0].x += diagonal, load.derivative[1].y += diagonal;
-    load.derivative[2].z += diagonal;
-    return load;
+  INLINE CableSpan<Vec<Lane>> span_of(const double* k) const {
+    return {vec<Lane>(k, kCableBefore), vec<Lane>(k, kCableNow)};
   }
-  static INLINE Vec<Lane> times(Vec<Lane> v, const Vec<Lane> (&columns)[3]) {
-    return {dot(v, columns[0]), dot(v, columns[1]), dot(v, columns[2])};
+  CableLoad<Vec<Lane>, Lane> load_of(std::size_t n, Lane h) const {
+    const double* const k = at(n);
+    return load_of_cable(span_of(k), num<Lane>(k, kCableLength), num<Lane>(k, kCableStiffness), h);
   }
   Mask stretched(std::size_t n) const {
     const double* const k = at(n);
@@ -145,11 +105,10 @@ class LaneCableLaws {
   /// Whether the impulse of an elastic cable is not that of its length at the iterate.
   Mask is_not_followed(std::size_t n, Lane h) const {
     const double* const k = at(n);
-    const Load now = load_of(n, h);
+    const CableLoad<Vec<Lane>, Lane> now = load_of(n, h);
     const Lane own = num<Lane>(k, kCableResponse);
     const Lane response = choose(own > all<Lane>(0), own, h / mass_);
-    const Vec<Lane> direction = normalized(vec<Lane>(k, kCableBefore) + vec<Lane>(k, kCableNow));
-    const Lane stiffness = length_of(times(direction, now.derivative));
+    const Lane stiffness = length_of(times_columns(direction_of(span_of(k)), now.derivative));
     const Lane off = response * length_of(now.mu - vec<Lane>(k, kCableMu));
     const Lane bound = kFollowed * size_ * (1.0 + response * stiffness);
     // What is no number is not followed.
@@ -159,30 +118,21 @@ class LaneCableLaws {
   /// The row of a cable: see taut_rows and elastic_rows.
   void put_row(std::size_t n) {
     double* const k = at(n);
-    const Vec<Lane> now = vec<Lane>(k, kCableNow);
-    const Vec<Lane> direction = normalized(vec<Lane>(k, kCableBefore) + now);
-    put(k, kCableDirection, direction);
     const Lane turning = 0.5 * num<Lane>(k, kCableAcross) * num<Lane>(k, kCableResponse);
     const Lane much =
         choose(turning < all<Lane>(kSlight), all<Lane>(0), num<Lane>(k, kCableActs) * t_.running);
     if (any(much > 0.5))
       for (std::size_t l = 0; l < kWide; ++l) alone_[l] = alone_[l] || much[l] > 0.5;
-    if (tie(n).stretches) {
-      const Vec<Lane> columns[3] = {vec<Lane>(k, kCableDerivative),
-                                    vec<Lane>(k, kCableDerivative + 3),
-                                    vec<Lane>(k, kCableDerivative + 6)};
-      const Vec<Lane> by = times(direction, columns);
-      const Lane stiffness = length_of(by);
-      put(k, kCableBy, Vec<Lane>{by.x / stiffness, by.y / stiffness, by.z / stiffness});
-      write(k + kCableRight * kWide, all<Lane>(0)), write(k + kCableOwn * kWide, 1.0 / stiffness);
-      return;
-    }
-    const Lane l = length_of(now), length = num<Lane>(k, kCableLength);
-    const Lane softness = num<Lane>(k, kCableSoftness);
-    put(k, kCableBy, Vec<Lane>{now.x / l, now.y / l, now.z / l});
-    const Lane too_long = 0.5 * (l - length * length / l);
-    write(k + kCableRight * kWide, softness * dot(direction, vec<Lane>(k, kCableMu)) - too_long);
-    write(k + kCableOwn * kWide, softness);
+    const Vec<Lane> derivative[3] = {vec<Lane>(k, kCableDerivative),
+                                     vec<Lane>(k, kCableDerivative + 3),
+                                     vec<Lane>(k, kCableDerivative + 6)};
+    const CableEquation<Vec<Lane>, Lane> e =
+        tie(n).stretches
+            ? equation_of_elastic(span_of(k), derivative)
+            : equation_of_taut(span_of(k), vec<Lane>(k, kCableMu), num<Lane>(k, kCableLength),
+                               num<Lane>(k, kCableSoftness));
+    put(k, kCableDirection, e.direction), put(k, kCableBy, e.by);
+    write(k + kCableRight * kWide, e.right), write(k + kCableOwn * kWide, e.own);
   }
 
   INLINE void add_to_block(std::uint32_t c, Vec<Lane> impulse, Vec<Lane> mean, Vec<Lane> end) {

@@ -33,7 +33,7 @@ class LaneCables : public LaneResponse {
       double* const k = at(n);
       const Vec<Lane> before = vec<Lane>(k, kCableMu);
       if (tie(n).stretches) {
-        const Load now = load_of(n, h);
+        const CableLoad<Vec<Lane>, Lane> now = load_of(n, h);
         put(k, kCableMu, t_.kept(now.mu, before));
         for (std::size_t i = 0; i < 3; ++i) put(k, kCableDerivative + 3 * i, now.derivative[i]);
         write(k + kCableAcross * kWide, now.across);
@@ -108,7 +108,7 @@ class LaneCables : public LaneResponse {
     for (std::size_t l = 0; l < kWide; ++l) solve.wanted[l] = wanted[l] && !strikes(l);
     for (std::size_t n = 0; n < count(); ++n) {
       double* const k = at(n);
-      const Vec<Lane> direction = normalized(vec<Lane>(k, kCableNow));
+      const Vec<Lane> direction = unit_of(vec<Lane>(k, kCableNow));
       write(k + kCableSoftness * kWide, all<Lane>(0));
       put(k, kCableDirection, direction), put(k, kCableBy, direction);
       write(k + kCableRight * kWide, dot(direction, vec<Lane>(k, kCableVelocity)));

@@ -31,11 +31,6 @@ struct TieArms {
   Vec3 &mean, &end;
 };
 
-/// Of the island's size: a tie that is wider open is no solution.
-constexpr Real kAccepted = 3e-6;
-/// Likewise: the next iteration would change the length of an elastic cable by less. Rotations
-/// alone do not tell when a stiff one is solved that has just become taut or slack.
-constexpr Real kFollowed = 1e-9;
 /// Of the fastest of a blow: a cable that does not grow longer.
 constexpr Real kStill = 1e-9;
 
@@ -60,33 +55,13 @@ void load_spring(ConservingTie& t, Real h) {
   t.derivative = Mat3(0.5 * h * along);
 }
 
-/// The same of an elastic cable: minus its tension is s d, s = 2 (V_1 - V_0) / (l_1^2 - l_0^2), d
-/// being the mean of d before and after.
-struct CableLoad {
-  Vec3 mu;
-  Mat3 derivative;
-  Real across;
-};
-CableLoad load_of_cable(const ConservingTie& t, Real h) {
-  const Real l0 = glm::length(t.before), l1 = glm::length(t.now);
-  const Real over0 = std::max(Real(0), l0 - t.length), over1 = std::max(Real(0), l1 - t.length);
-  const Vec3 mean = 0.5 * (t.before + t.now);
-  Real s = 0, by_length = 0;
-  if (over0 > 0 && over1 > 0) {
-    s = t.stiffness * (1 - 2 * t.length / (l0 + l1));
-    by_length = 2 * t.stiffness * t.length / ((l0 + l1) * (l0 + l1));
-  } else if (over0 > 0 || over1 > 0) {
-    const Real squares = l1 * l1 - l0 * l0;
-    s = t.stiffness * (over1 * over1 - over0 * over0) / squares;
-    by_length = 2 * (t.stiffness * over1 - s * l1) / squares;
-  }
-  Mat3 derivative = 0.5 * h * Mat3(0.5 * s);
-  if (l1 > 0) derivative += 0.5 * h * by_length * glm::outerProduct(mean, t.now / l1);
-  return {0.5 * h * s * mean, derivative, 0.5 * h * s};
+CableLoad<Vec3, Real> load_of(const ConservingTie& t, Real h) {
+  return load_of_cable(CableSpan<Vec3>{t.before, t.now}, t.length, t.stiffness, h);
 }
 void load_cable(ConservingTie& t, Real h) {
-  const CableLoad load = load_of_cable(t, h);
-  t.mu = load.mu, t.derivative = load.derivative, t.across = load.across;
+  const CableLoad<Vec3, Real> load = load_of(t, h);
+  t.mu = load.mu, t.across = load.across;
+  t.derivative = Mat3(load.derivative[0], load.derivative[1], load.derivative[2]);
 }
 
 /// The impulse of a taut cable is along the mean of d.
@@ -106,9 +81,6 @@ void add_to_block(Real* block, Vec3 impulse, Vec3 mean, Vec3 end) {
     block[9 + i] += impulse[i], block[12 + i] += torque[i];
   }
 }
-
-/// After so many iterations one cable at a time changes: changes of many may go round in circles.
-constexpr int kChangeAtOnce = 6;
 
 void load(void* context) {
   const TiedStep& s = *static_cast<const TiedStep*>(context);
@@ -215,29 +187,27 @@ void add_joint_impulses(Island& a, Real share) {
     a.memory.set(kLambda, c, a.memory.vec(kLambda, c) + share * a.scratch.tie_joints[c]);
 }
 
-/// Of the change of d by a cable's impulse: what its direction changes of the impulse makes less of
-/// it, and is left to the next iteration.
-constexpr Real kSlight = 0.1;
 bool turns_slightly(const ConservingTie& t) { return 0.5 * t.across * t.response < kSlight; }
 
+TieRows one_row(const CableEquation<Vec3, Real>& e) {
+  return one_row(e.by, e.direction, e.right, e.own);
+}
 /// Along the mean of d, its length; across it, an impulse that stays along the mean.
 TieRows taut_rows(const TiedStep& s, const ConservingTie& t) {
-  const Vec3 n = glm::normalize(t.before + t.now);
-  const Real l = glm::length(t.now), too_long = 0.5 * (l - t.length * t.length / l);
-  const Real right = t.softness * glm::dot(n, t.mu) - too_long;
-  if (turns_slightly(t)) return one_row(t.now / l, n, right, t.softness);
-  const Mat3 along = glm::outerProduct(n, n), across = s.h / s.a.mass * (Mat3(1) - along);
-  return {3, glm::transpose(glm::outerProduct(n, t.now / l) + 0.5 * t.across * across), right * n,
-          across + t.softness * along};
+  const CableEquation<Vec3, Real> e =
+      equation_of_taut(CableSpan<Vec3>{t.before, t.now}, t.mu, t.length, t.softness);
+  if (turns_slightly(t)) return one_row(e);
+  const Mat3 along = glm::outerProduct(e.direction, e.direction),
+             across = s.h / s.a.mass * (Mat3(1) - along);
+  return {3, glm::transpose(glm::outerProduct(e.direction, e.by) + 0.5 * t.across * across),
+          e.right * e.direction, across + t.softness * along};
 }
 /// The impulse of a stretched cable follows from d.
 TieRows elastic_rows(const ConservingTie& t) {
   if (t.derivative == Mat3(0)) return {0};
-  const Vec3 n = glm::normalize(t.before + t.now);
-  const Vec3 by = n * t.derivative;
-  const Real stiffness = glm::length(by);
-  if (turns_slightly(t)) return one_row(by / stiffness, n, 0, 1 / stiffness);
-  return {3, glm::transpose(t.derivative), Vec3(0), Mat3(1)};
+  if (!turns_slightly(t)) return {3, glm::transpose(t.derivative), Vec3(0), Mat3(1)};
+  const Vec3 columns[3] = {t.derivative[0], t.derivative[1], t.derivative[2]};
+  return one_row(equation_of_elastic(CableSpan<Vec3>{t.before, t.now}, columns));
 }
 /// Of velocities: along d at the end.
 TieRows taut_speeds(const ConservingTie& t) {
@@ -355,9 +325,10 @@ bool project(void* context) { return project_ties(*static_cast<const TiedStep*>(
 
 /// Whether the impulse of an elastic cable is that of its length at the iterate.
 bool is_followed(const TiedStep& s, const ConservingTie& t) {
-  const CableLoad now = load_of_cable(t, s.h);
+  const CableLoad<Vec3, Real> now = load_of(t, s.h);
   const Real response = t.response > 0 ? t.response : s.h / s.a.mass;
-  const Real stiffness = glm::length(glm::normalize(t.before + t.now) * now.derivative);
+  const Vec3 direction = direction_of(CableSpan<Vec3>{t.before, t.now});
+  const Real stiffness = glm::length(times_columns(direction, now.derivative));
   return response * glm::length(now.mu - t.mu) <= kFollowed * s.a.size * (1 + response * stiffness);
 }
 

@@ -1,6 +1,23 @@
 #pragma once
 /// Ties of a step by the energy-momentum method: what its files share.
+#include <cmath>
+
 #include "engine/solvers/articulated/smooth/conserving_joints.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+// What the law of a cable needs of one.
+inline Real root(Real x) { return std::sqrt(x); }
+template <class Mask, class T>
+T choose(Mask yes, T first, T second) {
+  return yes ? first : second;
+}
+
+}  // namespace
+}  // namespace pantin::detail::articulated
+
+#include "engine/solvers/articulated/smooth/cable_law.hpp"
 
 namespace pantin::detail::articulated {
 

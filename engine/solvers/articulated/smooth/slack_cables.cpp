@@ -5,8 +5,6 @@ namespace pantin::detail::articulated {
 namespace {
 
 constexpr std::uint32_t kNobody = UINT32_MAX;
-/// Of the island's size: a cable is at its length.
-constexpr Real kAtLength = 1e-10;
 /// Part of the island's kinetic energy: a blow that takes more of it is followed to its time.
 constexpr Real kMuch = 0.01;
 
@@ -32,7 +30,8 @@ Real kinetic_energy(const TiedStep& s) {
 
 /// Of a taut cable: its impulse, negative where it would push.
 Real pull_of(const ConservingTie& t) {
-  return t.kind == TieKind::taut ? glm::dot(t.mu, glm::normalize(t.before + t.now)) : 0;
+  return t.kind == TieKind::taut ? glm::dot(t.mu, direction_of(CableSpan<Vec3>{t.before, t.now}))
+                                 : 0;
 }
 
 /// Whether the part has to end at this fraction of it, which is then asked for.
