@@ -65,7 +65,7 @@ PANTIN_INLINE V direction_of(const CableSpan<V>& d) {
 /// 1996]
 template <class V, class S>
 PANTIN_INLINE CableLoad<V, S> load_of_cable(const CableSpan<V>& d, S length, S stiffness, S h) {
-  const S l0 = length_of(d.before), l1 = length_of(d.now), none = length - length;
+  const S l0 = length_of(d.before), l1 = length_of(d.now), none = S{};
   const S over0 = choose(l0 > length, l0 - length, none),
           over1 = choose(l1 > length, l1 - length, none);
   const V mean = 0.5 * (d.before + d.now);
@@ -114,7 +114,7 @@ PANTIN_INLINE auto equation_of_elastic(const CableSpan<V>& d, const V (&derivati
   const V n = direction_of(d), by = times_columns(n, derivative);
   const auto stiffness = length_of(by);
   using S = decltype(length_of(by));
-  return CableEquation<V, S>{n, divided(by, stiffness), stiffness - stiffness, 1.0 / stiffness};
+  return CableEquation<V, S>{n, divided(by, stiffness), S{}, 1.0 / stiffness};
 }
 
 }  // namespace
