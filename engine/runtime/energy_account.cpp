@@ -243,8 +243,6 @@ Real EnergyAccount::taken_by(const World& world, const Contact& c, Real h) const
   return h * most;
 }
 
-/// Belts and led bodies do work. What overlaps has been pressed together, or was placed so: the
-/// normal force gives it back.
 /// Whether it neither moved in the substep nor moves.
 bool EnergyAccount::stands(const Body& b, const Start& from) {
   const Vec3 none(0);
@@ -253,6 +251,8 @@ bool EnergyAccount::stands(const Body& b, const Start& from) {
          b.pose.rotation == from.pose.rotation;
 }
 
+/// Belts and led bodies do work. What overlaps has been pressed together, or was placed so: the
+/// normal force gives it back.
 void EnergyAccount::add_contacts(const World& world, Real h) {
   for (const Contact& c : contacts_of(world)) {
     if (!c.active) continue;

@@ -74,9 +74,9 @@ void EnergyAccount::add_body(const World& world, std::uint32_t slot, Real h, Sum
   sums.is_slowed = sums.is_slowed || b.drag > 0;
   if (!is_forced) return;
   const Vec3 turning = angular_velocity_between(s.pose.rotation, b.pose.rotation, h);
-  sums.work += h * (most_power(s.force, {s.velocity, b.velocity, way}) +
-                    most_power(s.torque, {s.angular_velocity, b.angular_velocity, turning}));
-  sums.works += std::abs(sums.work);
+  const Real work = h * (most_power(s.force, {s.velocity, b.velocity, way}) +
+                         most_power(s.torque, {s.angular_velocity, b.angular_velocity, turning}));
+  sums.work += work, sums.works += std::abs(work);
 }
 
 void EnergyAccount::add_sums(const World& world, const Sums& s, Group& g, Real h) {

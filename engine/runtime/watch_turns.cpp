@@ -168,24 +168,18 @@ void TurnWatch::end_substep(const World& world, Real h, std::span<const EnergySt
   }
 }
 
-/// Of a turn about the normal of a contact: it counts as so much of a roll. A top that spins on its
-/// tip by 3.3 rad a step loses a twelfth of its energy in two seconds, at 2 rad nothing to speak
-/// of.
-constexpr Real kPivot = 0.6;
-
-/// Bodies that roll or slide while they turn by more than a quarter in a step, or spin on a tip by
-/// 2.5 rad. Balls may.
+/// Bodies that roll or slide, or spin on a tip, while they turn by more than a quarter in a step.
+/// Balls may.
 void TurnWatch::note_rolling(const World& world, Real h) {
   const Real least = kLagrangianRange.roll / h;
   for (const Contact& c : contacts_of(world))
     for (const std::uint32_t slot : {c.slot_a, c.slot_b}) {
       const pantin::Body& b = world.bodies.values()[slot];
-      const Vec3 spin = b.angular_velocity, across = spin - glm::dot(spin, c.normal) * c.normal;
-      const Real fast2 = std::max(glm::dot(across, across), kPivot * kPivot * glm::dot(spin, spin));
-      if (!c.active || fast2 < least * least || bodies_[slot].is_ball ||
+      const Vec3 spin = b.angular_velocity;
+      if (!c.active || glm::dot(spin, spin) < least * least || bodies_[slot].is_ball ||
           b.motion != Motion::dynamic)
         continue;
-      const Real turn = h * std::sqrt(fast2);
+      const Real turn = h * glm::length(spin);
       if (turn > detail::range_of(world, slot).roll)
         bodies_[slot].rolls = std::max(bodies_[slot].rolls, turn);
     }

@@ -60,7 +60,7 @@ class Findings(unittest.TestCase):
 
     def test_a_top_that_spins_faster_than_contacts_follow_is_told(self):
         scene = ROOT / "tests/data/findings/top_on_floor.json"
-        for step, told in ((1 / 60, True), (1 / 120, False), (1 / 240, False)):
+        for step, told in ((1 / 60, True), (1 / 100, True), (1 / 120, True), (1 / 240, False)):
             arguments = (scene, "--solver", "lagrangian", "--step", step, "--json")
             findings = json.loads(run(*arguments).stdout)["findings"]
             with self.subTest(step):

@@ -134,6 +134,38 @@ TEST_CASE("energy that nobody brought is told as soon as it is there") {
   CHECK(gains == 2);
 }
 
+TEST_CASE("pushes on many bodies hide no more energy than their own work") {
+  // Forty rods in a row move along; half of them are pushed, the others braked as much. Half of
+  // their energy once more is nobody's work.
+  constexpr Real kStep = 1e-3;
+  EnergyAccount account;
+  Chain chain = hung_chain(40);
+  chain.world.gravity = Vec3(0);
+  chain.world.destroy(chain.links.front());
+  Simulation sim(std::move(chain.world), {kStep});
+  sim.step();
+  World& world = sim.world;
+  for (std::size_t i = 0; i < chain.rods.size(); ++i) {
+    Body& b = world.bodies[chain.rods[i]];
+    b.velocity = {3, 0, 0}, b.angular_velocity = Vec3(0), b.drag = 0;
+    world.push(chain.rods[i], {i < 20 ? 600 : -600, 0, 0}, b.pose.position);
+  }
+  int gains = 0;
+  for (int i = 0; i < 3; ++i) {
+    account.begin_substep(world), account.note_start(world, kStep);
+    for (const Entity rod : chain.rods) {
+      Body& b = world.bodies[rod];
+      b.pose.position += kStep * b.velocity;
+      if (i == 1) b.velocity *= std::sqrt(1.5);
+    }
+    account.end_substep(world, kStep);
+    account.each_change(world, [&](const EnergyAccount::Change& change) {
+      gains += change.kind == EnergyAccount::Change::Kind::gain;
+    });
+  }
+  CHECK(gains == 2);
+}
+
 TEST_CASE("energy that nothing takes is missed as soon as it is gone, but for what drag takes") {
   for (const Real slower : {0.04, 0.06})
     for (const Real drag : {0.0, 1e-3, 40.0}) {

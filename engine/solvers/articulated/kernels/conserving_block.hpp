@@ -1,6 +1,6 @@
 #pragma once
-/// Elimination of one body in a step by the energy-momentum method, of one island or of four side
-/// by side; see conserving.hpp.
+/// Elimination of one body in a step by the energy-momentum method, of one island or of several
+/// side by side; see conserving.hpp.
 #include "engine/solvers/articulated/kernels/rows.hpp"
 
 namespace pantin::detail::articulated {

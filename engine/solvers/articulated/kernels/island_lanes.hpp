@@ -131,13 +131,13 @@ class IslandLanes {
   INLINE const double* tie_block(std::size_t i) const { return tables_.tie_block_at(i); }
   INLINE double* tie_factor(std::size_t i) const { return tables_.tie_factor_at(i); }
   void load_ties() { cables_.load(h_); }
-  void correct_ties(bool (&fails)[kIslands]) { cables_.correct(h_, fails); }
+  void correct_ties(bool (&fails)[kIslands]) { cables_.correct(fails); }
   void settle_ties(bool (&near)[kIslands]) { cables_.settle(h_, near); }
   bool accept_ties(int l, double& released) {
     return cables_.accept(h_, static_cast<std::size_t>(l), released);
   }
   void project_ties(const bool (&wanted)[kIslands], bool (&fails)[kIslands]) {
-    cables_.project(h_, wanted, fails);
+    cables_.project(wanted, fails);
   }
   Lane inner_ties() const {
     Lane inner = all<Lane>(1);

@@ -76,6 +76,7 @@ class LaneCableLaws {
     const auto pushes = pull * num<Lane>(k, kCableSoftness) < least_;
     const auto too_long = over_of(k) > near_;
     const Lane kinds = num<Lane>(k, kCableKind), waits = num<Lane>(k, kCableFollowed);
+    // One that is followed stays slack until its length: its sum is no kind of a slack one.
     return ((kinds == kTautTie) & pushes) | ((kinds + waits == kSlackTie) & too_long);
   }
   void change(std::size_t n, std::size_t l) const {

@@ -38,11 +38,9 @@ class LaneCables : public LaneResponse {
         for (std::size_t i = 0; i < 3; ++i) put(k, kCableDerivative + 3 * i, now.derivative[i]);
         write(k + kCableAcross * kWide, now.across);
       } else {
-        // The impulse of a taut cable is along the mean of d.
-        const Vec<Lane> mean = 0.5 * (vec<Lane>(k, kCableBefore) + vec<Lane>(k, kCableNow));
-        const Lane across = dot(before, mean) / dot(mean, mean);
+        const auto [mu, across] = load_of_taut(span_of(k), before);
         write(k + kCableAcross * kWide, across);
-        put(k, kCableMu, t_.kept(chosen(taut(n), across * mean, before), before));
+        put(k, kCableMu, t_.kept(chosen(taut(n), mu, before), before));
       }
       const Vec<Lane> mu = vec<Lane>(k, kCableMu);
       add_to_block(tie(n).b, mu, vec<Lane>(k, kCableMeanB), vec<Lane>(k, kCableEndB));
@@ -52,14 +50,12 @@ class LaneCables : public LaneResponse {
   }
 
   /// After it: how the cables answer.
-  void correct(Lane h, bool (&fails)[kWide]) {
-    Solve solve{LaneArms::mean, h, {}, {}};
-    for (std::size_t l = 0; l < kWide; ++l) solve.wanted[l] = runs(l);
+  void correct(bool (&fails)[kWide]) {
     for (std::size_t n = 0; n < count(); ++n) {
       write(at(n) + kCableActs * kWide, ones(tie(n).stretches ? stretched(n) : taut(n)));
       put_row(n);
     }
-    const bool any = answer(solve, fails);
+    const bool any = answer({LaneArms::mean, t_.running}, fails);
     for (std::size_t r = 0; any && r < rows_; ++r) {
       double* const k = at(row(r));
       const Vec<Lane> mu = vec<Lane>(k, kCableMu);
@@ -69,7 +65,6 @@ class LaneCables : public LaneResponse {
       if (runs(l) && !fails[l] && tautened_[l] && island(l).is_hit_early(island(l).context))
         fails[l] = true;
     if (any) add_joint_impulses(1.0);
-    for (std::size_t l = 0; l < kWide; ++l) fails[l] = fails[l] || alone_[l];
   }
 
   /// Where iterations have converged: which of those that are near have nothing left to change.
@@ -103,9 +98,9 @@ class LaneCables : public LaneResponse {
   }
 
   /// Velocities at the end, as the cables allow them, of the lanes wanted.
-  void project(Lane h, const bool (&wanted)[kWide], bool (&fails)[kWide]) {
-    Solve solve{LaneArms::end, h, {}, {}};
-    for (std::size_t l = 0; l < kWide; ++l) solve.wanted[l] = wanted[l] && !strikes(l);
+  void project(const bool (&wanted)[kWide], bool (&fails)[kWide]) {
+    Solve solve{LaneArms::end, all<Lane>(0)};
+    for (std::size_t l = 0; l < kWide; ++l) solve.asked[l] = wanted[l] && !strikes(l);
     for (std::size_t n = 0; n < count(); ++n) {
       double* const k = at(n);
       const Vec<Lane> direction = unit_of(vec<Lane>(k, kCableNow));
@@ -121,7 +116,7 @@ class LaneCables : public LaneResponse {
         // The impulses of the projection count in the mean over the step.
         const Lane work = dot(mu, vec<Lane>(k, kCableVelocity));
         for (std::size_t l = 0; l < kWide; ++l)
-          if (solve.wanted[l] && acts(row(r), l)) *island(l).place_work -= work[l];
+          if (solve.asked[l] > 0.5 && acts(row(r), l)) *island(l).place_work -= work[l];
       }
       add_joint_impulses(0.5);
     }

@@ -55,9 +55,7 @@ class LaneResponse : public LaneCableLaws {
   /// What is solved for, and for which lanes.
   struct Solve {
     LaneArms arms;
-    Lane h;
-    bool wanted[kWide];
-    Lane asked = all<Lane>(0);  // 1 for these
+    Lane asked;  // 1 for these, else 0
   };
   // What the elimination left of a body: see BallNodes.
   INLINE MatrixRows factor(std::size_t c, std::size_t i) const {
@@ -169,9 +167,9 @@ class LaneResponse : public LaneCableLaws {
   }
   double* gain_at(std::size_t r) const { return all_.tie_gains + kWide * r; }
   Lane gain(std::size_t r) const { return read<Lane>(gain_at(r)); }
-  /// Lanes in which a row acts and is asked for.
-  INLINE Mask wanted(const Solve& solve, std::size_t r) const {
-    return (num<Lane>(at(row(r)), kCableActs) * solve.asked) > 0.5;
+  /// Lanes in which a cable acts and is asked for.
+  INLINE Mask wanted(const Solve& solve, std::size_t n) const {
+    return (num<Lane>(at(n), kCableActs) * solve.asked) > 0.5;
   }
 
   /// Change of d of a cable by the unknowns of the bodies.
@@ -187,17 +185,12 @@ class LaneResponse : public LaneCableLaws {
 
   /// Solves for the impulses of the cables that act, and moves the bodies by them. False where none
   /// does.
-  bool answer(Solve& solve, bool (&fails)[kWide]) {
-    for (std::size_t l = 0; l < kWide; ++l) solve.asked[l] = solve.wanted[l];
+  bool answer(const Solve& solve, bool (&fails)[kWide]) {
     rows_ = 0;
     for (std::size_t n = 0; n < count(); ++n) {
-      bool acts_in_any = false;
-      for (std::size_t l = 0; l < kWide; ++l)
-        acts_in_any = acts_in_any || (solve.wanted[l] && acts(n, l));
-      row_of_tie(n) = kNoColumn;
-      if (!acts_in_any) continue;
-      row_of_tie(n) = static_cast<std::uint32_t>(rows_);
-      row(rows_++) = static_cast<std::uint32_t>(n);
+      const bool acts = any(wanted(solve, n));
+      row_of_tie(n) = acts ? static_cast<std::uint32_t>(rows_) : kNoColumn;
+      if (acts) row(rows_++) = static_cast<std::uint32_t>(n);
     }
     if (rows_ == 0) return false;
     fill_matrix(solve.arms);
@@ -212,7 +205,7 @@ class LaneResponse : public LaneCableLaws {
     const std::size_t n = row(r);
     double* const k = at(n);
     const Lane diagonal = read<Lane>(matrix_at(r, r));
-    const Mask is_asked = wanted(solve, r);
+    const Mask is_asked = wanted(solve, n);
     const Lane response = choose(diagonal > all<Lane>(0), diagonal, -1.0 * diagonal);
     write(k + kCableResponse * kWide, choose(is_asked, response, num<Lane>(k, kCableResponse)));
     const Lane softness = num<Lane>(k, kCableSoftness);
@@ -226,17 +219,17 @@ class LaneResponse : public LaneCableLaws {
     const Lane right = num<Lane>(k, kCableRight) - dot(change_of(n), vec<Lane>(k, kCableBy));
     write(k + kCableRight * kWide, right);
   }
-  /// Solves the equations of all lanes, with the pivots on the diagonal; see solve_by_diagonal.
+  /// Solves the equations of all lanes, with the pivots on the diagonal; see Pivot::diagonal.
   /// What does not act in a lane has an equation of its own there.
   void solve_lanes(const Solve& solve) {
     Lane ok = all<Lane>(1);
     for (std::size_t r = 0; r < rows_; ++r) {
-      const auto own = wanted(solve, r);
+      const Mask own = wanted(solve, row(r));
       Lane most = all<Lane>(0), probe = most;
       for (std::size_t s = 0; s < rows_; ++s) {
         double* const at = matrix_at(r, s);
         const Lane own_entry = all<Lane>(r == s ? 1 : 0);
-        const Lane entry = choose(own & wanted(solve, s), read<Lane>(at), own_entry);
+        const Lane entry = choose(own & wanted(solve, row(s)), read<Lane>(at), own_entry);
         const Lane size = choose(entry > all<Lane>(0), entry, -1.0 * entry);
         most = choose(size > most, size, most), probe += size;
         store(at, entry);
@@ -272,10 +265,10 @@ class LaneResponse : public LaneCableLaws {
       store(x + i * kWide, sum / read<Lane>(own + i * kWide));
     }
     for (std::size_t l = 0; l < kWide; ++l)
-      alone_[l] = alone_[l] || (solve.wanted[l] && ok[l] < 0.5);
+      alone_[l] = alone_[l] || (solve.asked[l] > 0.5 && ok[l] < 0.5);
     // What is not wanted may be no number.
     for (std::size_t r = 0; r < rows_; ++r)
-      store(gain_at(r), choose(wanted(solve, r) & (ok > 0.5), gain(r), all<Lane>(0)));
+      store(gain_at(r), choose(wanted(solve, row(r)) & (ok > 0.5), gain(r), all<Lane>(0)));
   }
 
   /// The motion of the bodies by the impulses found; see respond in tie_response.cpp.

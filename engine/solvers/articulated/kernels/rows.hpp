@@ -1,6 +1,6 @@
 #pragma once
-/// Three rows of a 3x3 matrix, each followed by the component of a vector: of numbers, or of four
-/// side by side.
+/// Three rows of a 3x3 matrix, each followed by the component of a vector: of numbers, or of
+/// several side by side.
 #include "engine/solvers/articulated/kernels/table.hpp"
 
 namespace pantin::detail::articulated {
@@ -51,7 +51,7 @@ INLINE LaneRow<F> row_of(F a, F b, F c, F d) {
   return {{a, b, c, d}};
 }
 
-/// Consecutive numbers from `p`, each of them a number or four side by side.
+/// Consecutive numbers from `p`, each of them a number or several side by side.
 template <class N>
 INLINE double* number_at(double* p, std::size_t i) {
   return p + i * kNumbersIn<N>;

@@ -54,6 +54,19 @@ PANTIN_INLINE V divided(const V& v, S by) {
   return V{v.x / by, v.y / by, v.z / by};
 }
 
+/// The impulse of a taut cable is along the mean of d: that part of `mu`, and its factor, kg/s.
+template <class V, class S>
+struct TautLoad {
+  V mu;
+  S across;
+};
+template <class V>
+PANTIN_INLINE auto load_of_taut(const CableSpan<V>& d, const V& mu) {
+  const V mean = 0.5 * (d.before + d.now);
+  const auto across = dot(mu, mean) / dot(mean, mean);
+  return TautLoad<V, decltype(dot(mu, mean))>{across * mean, across};
+}
+
 /// Along the mean of d: where the impulse of a taut cable acts.
 template <class V>
 PANTIN_INLINE V direction_of(const CableSpan<V>& d) {

@@ -64,12 +64,10 @@ void load_cable(ConservingTie& t, Real h) {
   t.derivative = Mat3(load.derivative[0], load.derivative[1], load.derivative[2]);
 }
 
-/// The impulse of a taut cable is along the mean of d.
 void load_taut(ConservingTie& t) {
   PANTIN_ASSERT(t.kind == TieKind::taut);
-  const Vec3 mean = 0.5 * (t.before + t.now);
-  t.across = glm::dot(t.mu, mean) / glm::dot(mean, mean);
-  t.mu = t.across * mean;
+  const auto load = load_of_taut(CableSpan<Vec3>{t.before, t.now}, t.mu);
+  t.mu = load.mu, t.across = load.across;
 }
 
 /// Adds the impulse of a tie to the block of one of its bodies, as that of a child without mass.

@@ -169,7 +169,7 @@ LaneIsland lane_island(World& world, Lane& lane, const ConservingInput& in) {
           &with.place_work};
 }
 
-/// The next part of up to kLanes islands alike.
+/// The next part of up to Kernels::lanes islands alike.
 void take_parts_together(World& world, CrowdScratch& crowd, std::span<const std::uint32_t> going) {
   const auto step = [&](std::size_t l) -> CrowdStep& { return crowd.steps[going[l]]; };
   if (going.size() == 1) return take_part(world, *step(0).island, step(0).parts);
@@ -211,10 +211,6 @@ void take_parts_together(World& world, CrowdScratch& crowd, std::span<const std:
     end_part(world, a, step(l).parts, *parts[l]);
   }
 }
-
-}  // namespace
-
-namespace {
 
 /// The cables of an island, and whose paths share its places.
 void find_shape(const World& world, const Island& a, CrowdShape& shape) {

@@ -30,36 +30,20 @@ bool scale_rows(Real* m, Real* x, std::size_t n) {
   return true;
 }
 
-/// Elimination with the pivots on the diagonal, as the cables of islands side by side are solved
-/// (kernels/lane_response.hpp). False, and what it was given is spoilt, where one is too small:
-/// what ties answer is nearly definite, so that few are.
-bool solve_by_diagonal(Real* m, Real* x, std::size_t n) {
-  for (std::size_t k = 0; k < n; ++k) {
-    const Real* const pivot = m + k * n;
-    if (!(std::abs(pivot[k]) > kSafePivot)) return false;
-    const Real per = 1 / pivot[k];
-    for (std::size_t i = k + 1; i < n; ++i) {
-      Real* const own = m + i * n;
-      const Real f = own[k] * per;
-      for (std::size_t j = k + 1; j < n; ++j) own[j] -= f * pivot[j];
-      x[i] -= f * x[k];
-    }
-  }
-  for (std::size_t i = n; i-- > 0;) {
-    for (std::size_t j = i + 1; j < n; ++j) x[i] -= m[i * n + j] * x[j];
-    x[i] /= m[i * n + i];
-  }
-  return true;
-}
+/// Which number of a column is its pivot: that on the diagonal, as for the cables of islands side
+/// by side (kernels/lane_response.hpp), or the largest. What ties answer is nearly definite, so
+/// that the first will mostly do.
+enum class Pivot : std::uint8_t { diagonal, largest };
 
-/// Elimination with the largest pivot of each column. False, and what it was given is spoilt, where
-/// rows depend on one another.
-bool solve_by_columns(Real* m, Real* x, std::size_t n) {
+/// Elimination by columns. False, and what it was given is spoilt, where a pivot is too small: of
+/// the largest ones, where rows depend on one another.
+bool eliminate(Real* m, Real* x, std::size_t n, Pivot pivots) {
+  const Real least = pivots == Pivot::diagonal ? kSafePivot : kClear;
   for (std::size_t k = 0; k < n; ++k) {
     std::size_t row = k;
-    for (std::size_t i = k + 1; i < n; ++i)
+    for (std::size_t i = k + 1; pivots == Pivot::largest && i < n; ++i)
       if (std::abs(m[i * n + k]) > std::abs(m[row * n + k])) row = i;
-    if (!(std::abs(m[row * n + k]) > kClear)) return false;
+    if (!(std::abs(m[row * n + k]) > least)) return false;
     if (row != k) {
       std::swap_ranges(m + row * n + k, m + row * n + n, m + k * n + k);
       std::swap(x[row], x[k]);
@@ -93,10 +77,10 @@ bool solve_tie_equations(StepScratch& r, std::size_t n) {
   PANTIN_ASSERT(r.tie_kept.size() >= n * n + n);
   Real* const kept = r.tie_kept.data();
   std::copy_n(m, n * n, kept), std::copy_n(x, n, kept + n * n);
-  if (solve_by_diagonal(m, x, n)) return true;
-  std::copy_n(kept, n * n, m), std::copy_n(kept + n * n, n, x);
-  if (solve_by_columns(m, x, n)) return true;
-  std::copy_n(kept, n * n, m), std::copy_n(kept + n * n, n, x);
+  for (const Pivot pivots : {Pivot::diagonal, Pivot::largest}) {
+    if (eliminate(m, x, n, pivots)) return true;
+    std::copy_n(kept, n * n, m), std::copy_n(kept + n * n, n, x);
+  }
   for (std::size_t i = 0; i < n; ++i) order[i] = static_cast<std::uint32_t>(i);
   std::size_t rank = 0;
   // The largest number of each row that is left, kept up as rows are reduced.
