@@ -3,11 +3,11 @@
 
 #include "engine/base/disjoint_sets.hpp"
 #include "engine/base/utf8.hpp"
-#include "engine/scene/build.hpp"
-#include "engine/scene/joint_place.hpp"
-#include "engine/scene/json_recipe.hpp"
+#include "engine/scene/build/build.hpp"
+#include "engine/scene/build/joint_place.hpp"
+#include "engine/scene/json/text_file.hpp"
+#include "engine/scene/read/json_recipe.hpp"
 #include "engine/scene/scene.hpp"
-#include "engine/scene/text_file.hpp"
 #include "engine/world/partition.hpp"
 #include "engine/world/ties.hpp"
 

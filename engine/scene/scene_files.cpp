@@ -5,7 +5,7 @@
 #include <system_error>
 #include <utility>
 
-#include "engine/scene/text_file.hpp"
+#include "engine/scene/json/text_file.hpp"
 
 namespace pantin::detail {
 

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/scene/diagnostics.hpp"
+#include "engine/scene/json/diagnostics.hpp"
 #include "engine/scene/scene.hpp"
 
 namespace pantin::detail {

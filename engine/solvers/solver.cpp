@@ -90,10 +90,7 @@ void note_what_comes(World& world, const Partition& now) {
 
 /// From here on the stores map the slots of islands and contacts to the present ones.
 void note_build(World& world, Partition& now) {
-  world.bodies.track_slots(), world.collisions.track_slots();
-  world.links.track_slots(), world.cables.track_slots();
-  world.gears.track_slots(), world.pins.track_slots(), world.belts.track_slots(),
-      world.surface_contacts.track_slots();
+  for_each_structural_store(world, [](auto& store) { store.track_slots(); });
   now.built_for = world.structure(), now.edit_count = world.edit_count;
 }
 

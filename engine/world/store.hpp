@@ -32,6 +32,8 @@ namespace detail {
 template <class T>
 class Store {
  public:
+  using Component = T;
+
   /// Adds a component to `owner`; an existing one is replaced in place. What is given to a handle
   /// of nothing is laid aside: no step sees it. What was destroyed gets it, but the next step takes
   /// it away and tells: see StepReport::faults.

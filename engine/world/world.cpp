@@ -67,12 +67,15 @@ void World::destroy(std::span<const Entity> doomed) {
   // Handles are freed in order of index, so that the next ones do not depend on a hash order.
   std::sort(all.begin(), all.end(), [](Entity a, Entity b) { return a.index > b.index; });
 
-  bodies.remove(all), forces.remove(all), origins.remove(all), shapes.remove(all);
-  links.remove(all), cables.remove(all), gears.remove(all), belts.remove(all),
-      surface_contacts.remove(all), pins.remove(all), paths.remove(all);
-  joint_drives.remove(all), collisions.remove(all);
-  names.remove(all), settings.remove(all), user.remove(all);
+  for_each_store(*this, [&](auto& store) { store.remove(all); });
+  user.remove(all);
   for (Entity e : all) entities.destroy(e);
+}
+
+std::uint64_t World::structure() const {
+  std::uint64_t sum = edit_count;
+  for_each_structural_store(*this, [&](const auto& store) { sum += store.version(); });
+  return sum;
 }
 
 bool World::teleport(Entity body, const Pose& pose) {

@@ -20,6 +20,34 @@
 #include "engine/world/view.hpp"
 
 namespace pantin {
+namespace detail {
+
+/// Components that tie bodies together, or decide how they are stepped: where one comes or goes,
+/// the solvers compile again.
+template <class T, class... Others>
+inline constexpr bool kIsAnyOf = (std::same_as<T, Others> || ...);
+template <class T>
+inline constexpr bool kIsStructural = kIsAnyOf<T, Body, Link, Cable, Gear, Belt, SurfaceContact,
+                                               Pin, SolverSettings, JointDrive, Collision>;
+
+/// Calls `each(store)` for all stores of a World that its `fields` list.
+void for_each_store(auto& world, const auto& each) {
+  world.fields(world, [&](const char*, auto&& field) {
+    unwrap(field, [&](Role, auto& member) {
+      if constexpr (requires { typename std::remove_cvref_t<decltype(member)>::Component; })
+        each(member);
+    });
+  });
+}
+/// The same for those that hold the structure.
+void for_each_structural_store(auto& world, const auto& each) {
+  for_each_store(world, [&](auto& store) {
+    if constexpr (kIsStructural<typename std::remove_cvref_t<decltype(store)>::Component>)
+      each(store);
+  });
+}
+
+}  // namespace detail
 
 struct World {
   World();
@@ -104,11 +132,7 @@ struct World {
   /// all that sleeps; islands that were not changed go on otherwise.
   void mark_dirty() { ++edit_count; }
   /// Changes whenever the structure does.
-  std::uint64_t structure() const {
-    return bodies.version() + links.version() + cables.version() + gears.version() +
-           belts.version() + surface_contacts.version() + pins.version() + settings.version() +
-           joint_drives.version() + collisions.version() + edit_count;
-  }
+  std::uint64_t structure() const;
 
   /// Moves a body at once: the integrator restarts, and no pose in between is drawn. False, and
   /// nothing happens, if there is no such body.

@@ -5,7 +5,7 @@
 
 #include "engine/base/utf8.hpp"
 #include "engine/geometry/surface.hpp"
-#include "engine/scene/obj.hpp"
+#include "engine/scene/read/obj.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;

@@ -37,7 +37,7 @@ PROGRAM = r"""
 #include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/scene/scene.hpp"
-#include "engine/scene/schema.hpp"
+#include "engine/scene/keys/schema.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;

@@ -15,8 +15,8 @@ MOST = 4
 # (file, function, parameter): why it is a value rather than a choice of what the function does.
 ALLOWED = {
     ("engine/base/hash.hpp", "add", "bool yes"): "the value that is hashed",
-    ("engine/scene/reader.hpp", "flag", "bool otherwise"): "the value where the key is absent",
-    ("engine/scene/reader.cpp", "Reader::flag", "bool otherwise"): "the value where it is absent",
+    ("engine/scene/read/reader.hpp", "flag", "bool otherwise"): "the value where the key is absent",
+    ("engine/scene/read/reader.cpp", "Reader::flag", "bool otherwise"): "the value where it is absent",
 }
 
 DIRECTIVE = re.compile(r"(?m)^[ \t]*#(?:[^\n]*\\\n)*[^\n]*")

@@ -55,6 +55,12 @@ class New(unittest.TestCase):
         self.assertEqual(pantin("new", path, "--replace").returncode, 0)
         self.assertEqual(json.loads(path.read_text())["version"], 1)
 
+    def test_the_scene_does_not_take_the_name_of_its_schema(self):
+        refused = pantin("new", self.folder / "scene.schema.json")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("found the name of the schema", refused.stderr)
+        self.assertEqual(list(self.folder.iterdir()), [])
+
     def test_what_cannot_be_written_or_is_no_template(self):
         self.assertEqual(pantin("new", self.folder / "no" / "such" / "scene.json").returncode, 4)
         wrong = pantin("new", self.folder / "a.json", "--from", "pendulun")

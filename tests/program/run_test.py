@@ -243,6 +243,13 @@ class Run(unittest.TestCase):
         self.assert_refused(pantin("runs", CHAIN), "runs", "run")
         self.assert_refused(pantin("run", CHAIN, "--step", 1e-6, "--duration", 1e6), "steps")
 
+    def test_options_of_pictures_are_refused_where_none_are_drawn(self):
+        for option in (("--size", "64x36"), ("--fps", 12), ("--overlay",), ("--strip-rows", 3)):
+            with self.subTest(option=option):
+                self.assert_refused(pantin("run", CHAIN, *option), option[0], "expected", "with it")
+        self.assert_refused(pantin("run", CHAIN, "--frames", self.folder, "--strip-columns", 3),
+                            "--strip-columns", "expected --strip")
+
     def test_options_of_the_lagrangian_solver_are_refused_where_they_do_nothing(self):
         for command in ("run", "check", "bench"):
             for option, value in (("--integrator", "rk4"), ("--tolerance", "1e-6"),

@@ -1,12 +1,12 @@
 // Rows that are bound to members: what a reader makes of them, and what the schema says.
-#include "engine/scene/bind.hpp"
+#include "engine/scene/read/bind.hpp"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "engine/scene/read.hpp"
-#include "engine/scene/schema.hpp"
+#include "engine/scene/keys/schema.hpp"
+#include "engine/scene/read/read.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;

@@ -3,7 +3,7 @@
 
 #include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
-#include "engine/scene/keys.hpp"
+#include "engine/scene/keys/keys.hpp"
 #include "tests/scene/scenes.hpp"
 
 using namespace pantin;

@@ -1,14 +1,14 @@
 // The tables of keys: the loader reads every key as they say, and the shipped JSON Schema is the
 // one that is printed from them.
-#include "engine/scene/keys.hpp"
+#include "engine/scene/keys/keys.hpp"
 
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "engine/geometry/kinds.hpp"
-#include "engine/scene/json.hpp"
-#include "engine/scene/schema.hpp"
+#include "engine/scene/json/json.hpp"
+#include "engine/scene/keys/schema.hpp"
 #include "tests/paths.hpp"
 #include "tests/scene/scenes.hpp"
 

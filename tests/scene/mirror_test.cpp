@@ -1,6 +1,6 @@
 // Left and right: mirror images of prefabs and of bodies with what ties them move as the mirrored
 // originals do.
-#include "engine/scene/mirror.hpp"
+#include "engine/scene/build/mirror.hpp"
 
 #include "engine/base/rotation.hpp"
 #include "engine/geometry/surface.hpp"

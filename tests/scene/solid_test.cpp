@@ -4,7 +4,7 @@
 
 #include "engine/geometry/surface.hpp"
 #include "engine/runtime/simulation.hpp"
-#include "engine/scene/obj.hpp"
+#include "engine/scene/read/obj.hpp"
 #include "tests/scene/scenes.hpp"
 
 using namespace pantin;

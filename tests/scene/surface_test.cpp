@@ -9,7 +9,7 @@
 #include "engine/nurbs/makers.hpp"
 #include "engine/runtime/save.hpp"
 #include "engine/runtime/simulation.hpp"
-#include "engine/scene/surface_file.hpp"
+#include "engine/scene/read/surface_file.hpp"
 #include "tests/base/random.hpp"
 #include "tests/scene/scenes.hpp"
 

@@ -2,7 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "engine/scene/json.hpp"
+#include "engine/scene/json/json.hpp"
 #include "tests/paths.hpp"
 #include "tests/scene/scenes.hpp"
 

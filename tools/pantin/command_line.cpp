@@ -11,7 +11,7 @@
 #include <optional>
 #include <string_view>
 
-#include "engine/scene/words.hpp"
+#include "engine/scene/json/words.hpp"
 #include "tools/pantin/exit.hpp"
 
 namespace pantin::program {

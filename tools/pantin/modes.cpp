@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "engine/scene/words.hpp"
+#include "engine/scene/json/words.hpp"
 #include "tools/pantin/command_line.hpp"
 
 namespace pantin::program {

@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "engine/base/utf8.hpp"
-#include "engine/scene/schema.hpp"
-#include "engine/scene/words.hpp"
+#include "engine/scene/json/words.hpp"
+#include "engine/scene/keys/schema.hpp"
 #include "tools/pantin/command_line.hpp"
 #include "tools/pantin/program.hpp"
 
@@ -120,15 +120,22 @@ int write_new(const NewChoices& choices) {
   namespace fs = std::filesystem;
   const auto* found = std::find_if(std::begin(kTemplates), std::end(kTemplates),
                                    [&](const Template& t) { return t.name == choices.from; });
+  // An editor finds the keys where the scene says they are.
+  const fs::path schema = fs::path(choices.path).parent_path() / "scene.schema.json";
   std::error_code ignored;
+  if (schema == choices.path) {
+    complain(
+        fmt::format("{}: found the name of the schema, which is written beside the scene; "
+                    "expected another",
+                    printable(choices.path)));
+    return kUsage;
+  }
   if (!choices.replace && fs::exists(choices.path, ignored)) {
     complain(fmt::format("{}: found a file, expected none; --replace writes over it",
                          printable(choices.path)));
     return kUsage;
   }
   if (const int code = write_or_complain(choices.path, found->text)) return code;
-  // An editor finds the keys where the scene says they are.
-  const fs::path schema = fs::path(choices.path).parent_path() / "scene.schema.json";
   if (!fs::exists(schema, ignored))
     if (const int code = write_or_complain(schema.string(), schema_text())) return code;
   fmt::print("{}: {}\n", printable(choices.path), found->about);

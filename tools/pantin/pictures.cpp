@@ -17,6 +17,24 @@ namespace pantin::program {
 
 using namespace detail;
 
+std::string PictureChoices::idle_option() const {
+  const PictureChoices unsaid;
+  const std::pair<bool, const char*> of_strips[] = {
+      {strip_columns != unsaid.strip_columns, "--strip-columns"},
+      {strip_rows != unsaid.strip_rows, "--strip-rows"}};
+  const std::pair<bool, const char*> of_pictures[] = {
+      {size != unsaid.size, "--size"}, {fps != unsaid.fps, "--fps"}, {overlay, "--overlay"}};
+  for (const auto& [said, name] : of_strips)
+    if (said && strip.empty())
+      return fmt::format("{}: found no strip to draw, expected --strip with it", name);
+  for (const auto& [said, name] : of_pictures)
+    if (said && !wanted())
+      return fmt::format(
+          "{}: found no pictures to draw, expected --frames, --video, --gif or --strip with it",
+          name);
+  return {};
+}
+
 #ifdef PANTIN_HAS_RENDER
 namespace {
 

@@ -20,6 +20,8 @@ struct PictureChoices {
   bool wanted() const { return captured() || !strip.empty(); }
   /// More than a strip.
   bool captured() const { return !frames.empty() || !video.empty() || !gif.empty(); }
+  /// What is wrong with options that say how pictures are made, where none are; empty: nothing.
+  std::string idle_option() const;
 };
 
 /// Why pictures cannot be made or written, and which exit code that is.

@@ -15,7 +15,7 @@
 
 #include "engine/base/atomic_file.hpp"
 #include "engine/base/utf8.hpp"
-#include "engine/scene/joint_place.hpp"
+#include "engine/scene/build/joint_place.hpp"
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"

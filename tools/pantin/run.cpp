@@ -352,6 +352,10 @@ int step_through(const Run& run, Pictures* pictures, Record* record) {
 }
 
 int run(const RunChoices& c) {
+  if (const std::string idle = c.pictures.idle_option(); !idle.empty()) {
+    complain(idle);
+    return kUsage;
+  }
   std::optional<Scene> scene = open_scene(c.scene, c.how);
   if (!scene) return kUsage;
   if (!c.json) print_warnings(*scene);

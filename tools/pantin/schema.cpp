@@ -1,4 +1,4 @@
-#include "engine/scene/schema.hpp"
+#include "engine/scene/keys/schema.hpp"
 
 #include <fmt/core.h>
 

@@ -18,7 +18,7 @@
 #include "engine/base/utf8.hpp"
 #include "engine/geometry/skin_model.hpp"
 #include "engine/nurbs/makers.hpp"
-#include "engine/scene/surface_file.hpp"
+#include "engine/scene/read/surface_file.hpp"
 #include "tools/pantin/command_line.hpp"
 #include "tools/pantin/program.hpp"
 

@@ -8,7 +8,7 @@
 #include <iterator>
 #include <limits>
 
-#include "engine/scene/reader.hpp"
+#include "engine/scene/read/reader.hpp"
 #include "tools/pantin/view_desk.hpp"
 
 namespace pantin::program {

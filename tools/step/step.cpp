@@ -41,7 +41,7 @@
 #include "engine/base/utf8.hpp"
 #include "engine/geometry/surface.hpp"
 #include "engine/nurbs/makers.hpp"
-#include "engine/scene/surface_file.hpp"
+#include "engine/scene/read/surface_file.hpp"
 
 namespace {
 

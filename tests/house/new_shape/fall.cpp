@@ -4,9 +4,9 @@
 
 #include "engine/geometry/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
-#include "engine/scene/keys.hpp"
+#include "engine/scene/keys/keys.hpp"
+#include "engine/scene/keys/schema.hpp"
 #include "engine/scene/scene.hpp"
-#include "engine/scene/schema.hpp"
 #include "engine/world/queries.hpp"
 
 int main(int count, char** arguments) {

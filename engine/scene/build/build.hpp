@@ -1,0 +1,185 @@
+#pragma once
+/// The scene after name lookup, with prefabs, grids and chains expanded.
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/scene/build/build_messages.hpp"
+#include "engine/scene/recipe.hpp"
+
+namespace pantin::detail {
+
+/// The world, where a body is expected.
+inline constexpr std::uint32_t kWorldBody = UINT32_MAX;
+
+struct BuiltBody {
+  std::string name;
+  ElementId at{};
+  Body body;
+  std::shared_ptr<const BodyMassProperties> mass_properties;  // the recipe's, or a mirror image
+  const SolverSettings* solver = nullptr;
+  std::uint32_t material = UINT32_MAX;  // for all its shapes; UINT32_MAX: their own
+  bool has_path = false;
+  bool is_lamina = false, is_finger = false;
+  std::shared_ptr<const Collision> collision;  // of colliding bodies; likewise
+};
+
+struct BuiltJoint {
+  std::string name;
+  ElementId at{};
+  std::uint32_t a = 0, b = 0;  // indices into BuiltScene::bodies, or kWorldBody
+  Joint joint;                 // a world anchor and world axes are in the scene's frame
+  std::optional<JointDrive> drive{};
+};
+
+struct BuiltGear {
+  std::string name;
+  ElementId at{};
+  std::uint32_t first = 0, second = 0;  // indices into BuiltScene::joints
+  Gear ratio;
+};
+
+struct BuiltBelt {
+  std::string name;
+  ElementId at{};
+  std::vector<std::uint32_t> bodies;  // of its pulleys
+  Belt belt;                          // without their entities
+};
+
+struct BuiltGuide {
+  std::uint32_t body = 0;
+  CableGuide guide;  // without its entity
+};
+
+struct BuiltCable {
+  std::string name;
+  ElementId at{};
+  std::uint32_t a = 0, b = 0;
+  CableParameters joint;
+  std::vector<BuiltGuide> guides = {};
+};
+
+struct BuiltSurfaceJoint {
+  std::string name;
+  ElementId at{};
+  std::uint32_t a = 0, b = 0;
+  SurfaceContact contact;  // without its entities
+};
+
+struct BuiltPin {
+  std::string name;
+  ElementId at{};
+  std::uint32_t body = 0;
+  Pin pin;
+  std::uint32_t to = kWorldBody;  // the other body; the target is in its frame
+};
+
+struct BuiltPath {
+  ElementId at{};
+  std::uint32_t body = 0;
+  KinematicPath path;
+};
+
+/// What an event happens to.
+enum class EventObject : std::uint8_t { none, body, joint, cable, pin, gear };
+
+struct BuiltEvent {
+  ElementId at{};
+  TimedEvent event;  // without its entities
+  EventObject object = EventObject::none;
+  std::uint32_t on = 0;               // index into the list of these
+  std::vector<std::uint32_t> bodies;  // of a wind; none: all
+};
+
+/// What the recipe owns, as a pointer that others may share.
+template <class T>
+std::shared_ptr<const T> of_recipe(const T& owned) {
+  return {std::shared_ptr<const T>(), &owned};
+}
+
+/// Bodies at their initial poses, in the frame of the scene or prefab. Points into the recipe.
+struct BuiltScene {
+  std::vector<BuiltBody> bodies;
+  std::vector<BuiltJoint> joints;
+  std::vector<BuiltGear> gears;
+  std::vector<BuiltBelt> belts;
+  std::vector<BuiltCable> cables;
+  std::vector<BuiltPin> pins;
+  std::vector<BuiltSurfaceJoint> surface_joints;
+  std::vector<BuiltPath> paths;
+  std::vector<BuiltEvent> events;
+
+  std::size_t links() const {
+    return joints.size() + gears.size() + belts.size() + cables.size() + pins.size() +
+           surface_joints.size();
+  }
+  Pose pose_of(std::uint32_t body) const {
+    return body == kWorldBody ? Pose{} : bodies[body].body.pose;
+  }
+  bool is_dynamic(std::uint32_t body) const {
+    return body != kWorldBody && bodies[body].body.motion == Motion::dynamic;
+  }
+};
+
+/// Tells of names that lead nowhere, prefabs that contain themselves, and counts beyond the limits;
+/// those before anything is copied. Throws Cancelled where the limits say so.
+BuiltScene build_scene(const Recipe& recipe, BuildMessages& messages, const SceneLimits& limits);
+
+/// Layout of a chain: the frame of each link, and the positions of the joints.
+struct ChainLayout {
+  std::vector<Pose> links;
+  std::vector<Vec3> joints;   // one more than links: both ends included
+  std::vector<Real> lengths;  // m, of the links
+  bool is_closed = false;     // the last link holds on to the first
+  /// The point about which the chain rotates initially.
+  Vec3 middle() const;
+};
+ChainLayout layout_of(const ChainRecipe& chain);
+
+/// The axes of a chain's joints in a link's own frame: a hinge rotates about its z; other kinds
+/// have x along the chain and y along its z.
+Quat chain_axes(JointKind kind);
+
+/// The solver of each dynamic body: that of the first body with a solver in its island of joints
+/// and gears.
+std::vector<Solver> solvers_of(const BuiltScene& built, Solver otherwise);
+
+/// Tells of joints and ratios that the solver of their bodies does not know.
+void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
+                   BuildMessages& messages);
+
+/// Tells of what solver "planar" cannot keep in the plane of x and y: bodies, joints, gravity.
+void check_planes(const BuiltScene& built, const std::vector<Solver>& solvers, Vec3 gravity,
+                  BuildMessages& messages);
+
+/// Tells of bodies that solver "quasistatic" cannot move: those that are no laminas, and those that
+/// are but are tied to something. Fingers have no other paths than their own.
+void check_laminas(const BuiltScene& built, const std::vector<Solver>& solvers,
+                   BuildMessages& messages);
+
+/// Tells of events that ask a solver for what it does not know, and warns of those that come to
+/// nothing: after the end of the scene, winds that no body feels.
+void check_events(const BuiltScene& built, const std::vector<Solver>& solvers,
+                  BuildMessages& messages);
+void warn_of_events(const BuiltScene& built, Real duration, BuildMessages& messages);
+
+/// Gives the solver "planar" to what stays in the plane of x and y; warns of what does not.
+void choose_plane(World& world, BuildMessages& messages);
+
+/// Warns of likely mistakes: mass ratios, pins out of reach, cables too short, joints that start
+/// open or beyond their limits, loops closed by joints other than balls.
+void warn_of_structure(const BuiltScene& built, const std::vector<Solver>& solvers,
+                       BuildMessages& messages);
+
+/// Warns of bodies whose collision groups agree with nobody's, and of those that fall for ever:
+/// nothing holds them, and nothing solid is there that could stop them.
+void warn_of_contacts(const BuiltScene& built, Vec3 gravity, BuildMessages& messages);
+
+/// Fills the World of a scene.
+void build_world(const BuiltScene& built, World& world);
+
+/// Makes the bodies of laminas what they are: see add_lamina_bodies.
+void add_laminas(const std::vector<LaminaPlan>& laminas, World& world);
+
+}  // namespace pantin::detail

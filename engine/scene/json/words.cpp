@@ -1,0 +1,95 @@
+#include "engine/scene/json/words.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdio>
+#include <numeric>
+#include <vector>
+
+#include "engine/base/utf8.hpp"
+
+namespace pantin::detail {
+namespace {
+
+/// Edits (insert, delete, replace, swap neighbours) from `a` to `b` [Damerau 1964, restricted].
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> two(b.size() + 1), one(b.size() + 1), now(b.size() + 1);
+  std::iota(one.begin(), one.end(), std::size_t(0));
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    now[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      now[j] = std::min({one[j] + 1, now[j - 1] + 1, one[j - 1] + (a[i - 1] != b[j - 1])});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+        now[j] = std::min(now[j], two[j - 2] + 1);
+    }
+    std::swap(two, one), std::swap(one, now);
+  }
+  return one[b.size()];
+}
+
+/// The least cost of a comparison, so that comparing lengths counts too.
+constexpr std::size_t kLookCost = 8;
+
+std::string hint_of(std::string_view best) {
+  return best.empty() ? "" : "; nearest is \"" + clipped(best) + "\"";
+}
+
+}  // namespace
+
+std::string_view Hints::nearest(std::string_view word,
+                                std::span<const std::string_view> candidates) {
+  std::string_view best;
+  std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
+  for (std::string_view candidate : candidates) {
+    if (left_ < kLookCost) {
+      left_ = 0;
+      return {};
+    }
+    left_ -= kLookCost;
+    const std::size_t more = std::max(word.size(), candidate.size());
+    const std::size_t difference = more - std::min(word.size(), candidate.size());
+    if (difference >= least || more > 256) continue;
+    left_ -= std::min(left_, (word.size() + 1) * (candidate.size() + 1));
+    const std::size_t distance = edit_distance(word, candidate);
+    if (distance < least && distance < more) least = distance, best = candidate;
+  }
+  return best;
+}
+
+std::string Hints::of(std::string_view word, std::span<const std::string_view> candidates) {
+  return hint_of(nearest(word, candidates));
+}
+
+std::string_view nearest(std::string_view word, std::span<const std::string_view> candidates) {
+  return Hints().nearest(word, candidates);
+}
+
+std::string hint(std::string_view word, std::span<const std::string_view> candidates) {
+  return hint_of(nearest(word, candidates));
+}
+
+std::string quoted_name(std::string_view name) { return "\"" + clipped(name) + "\""; }
+
+std::string written(double number) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.6g", number);
+  return text.data();
+}
+
+std::string number_text(double number) {
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), number);
+  return {text.data(), end.ptr};
+}
+
+std::string listed(std::span<const std::string_view> words) {
+  std::string whole;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (i > 0) whole += i + 1 == words.size() ? " or " : ", ";
+    whole += words[i];
+  }
+  return whole;
+}
+
+}  // namespace pantin::detail

@@ -1,0 +1,174 @@
+// Keys of what acts along the freedoms of joints, and of the measures of their kinds.
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "engine/scene/read/read.hpp"
+
+namespace pantin::detail {
+namespace {
+
+using namespace rows;
+using Info = JointKindInfo;
+using S = SpringDamper;
+using F = JointFriction;
+using M = JointMotor;
+using keys::acts, keys::acts_twice, keys::is_no_line;
+
+constexpr Key kSpring[] = {
+    number<&S::stiffness>("stiffness", "N m/rad", kNotNegative, "Of a slide N/m."),
+    number<&S::damping>("damping", "N m s/rad", kNotNegative, "Of a slide N s/m."),
+    number("rest", "rad", kAnyNumber, "Where it pulls to; of a slide m.").or_else(0),
+    angle_deg("rest_deg", "The same, of an angle."),
+};
+constexpr AnyOf kSpringNeeds[] = {{"stiffness damping",
+                                   "found neither \"stiffness\" nor \"damping\", expected one of "
+                                   "them: without them a spring does nothing"}};
+
+constexpr Key kFriction[] = {
+    number<&F::viscous>("viscous", "N m s/rad", kNotNegative, "Of a slide N s/m."),
+    number<&F::dry>("dry", "N m", kNotNegative, "Of a slide N."),
+    number<&F::slip>("slip", "rad/s", kPositive,
+                     "Rate below which dry friction fades; of a slide m/s."),
+};
+constexpr AnyOf kFrictionNeeds[] = {{"viscous dry",
+                                     "found neither \"viscous\" nor \"dry\", expected one of them: "
+                                     "without them there is no friction"}};
+
+constexpr Key kMotor[] = {
+    number("velocity", "rad/s", kAnyNumber, "The speed it keeps; of a slide m/s."),
+    number("velocity_deg", "degrees/s", kDegrees, "The same, of an angle."),
+    number("position", "rad", kAnyNumber, "Where it goes; of a slide m."),
+    angle_deg("position_deg", "The same, of an angle."),
+    number<&M::gain>("gain", "", kPositive,
+                     "Effort for each unit: N m s/rad or N m/rad; of a slide N s/m or N/m.")
+        .needed("how hard it corrects what is off: effort for each unit of it"),
+    number<&M::damping>("damping", "N m s/rad", kNotNegative, "Of a position; of a slide N s/m."),
+    number<&M::cap>("cap", "N m", kNotNegative, "Its most; of a slide N. Default: any."),
+};
+constexpr Exclusive kMotorPairs[] = {{"velocity", "position position_deg"},
+                                     {"velocity_deg", "position position_deg"}};
+constexpr AnyOf kMotorNeeds[] = {
+    {"velocity velocity_deg position position_deg",
+     "found no \"velocity\", expected the speed it keeps, or the \"position\" it goes to"}};
+constexpr Beside kMotorPartners[] = {
+    {"damping", "position position_deg",
+     "found \"damping\" of a motor that keeps a speed, expected it with \"position\" only"}};
+
+constexpr Key kDof[] = {
+    object("spring", "spring", "Default: none."),
+    object("friction", "friction", "Default: none."),
+    object("motor", "motor", "Default: none."),
+};
+
+/// Complains of what belongs to other kinds.
+void check_keys(const Reader& from, JointKind kind) {
+  const bool is_chain = !from.accepts("type");  // its "length" and "axis" mean other things
+  const auto error = [&](std::string_view key, const std::string& expected) {
+    from.error_at_key(
+        key, "found \"" + std::string(key) + "\" of " + a_joint(kind) + ", expected " + expected);
+  };
+  const std::string only = "it of these kinds only: ";
+  for (const Key& key : keys::joint_parameters())
+    if (!is_chain && from.has(key.name) && !keys::parameter_of(info_of(kind), key.name))
+      error(key.name, only + kinds_where([&](const Info& info) {
+                        return keys::parameter_of(info, key.name) != nullptr;
+                      }));
+  for (const Key& key : (is_chain ? keys::chain : keys::joint).keys) {
+    const bool is_told_elsewhere = key.fits == keys::is_driven;
+    if (!key.fits || key.fits(info_of(kind)) || is_told_elsewhere || !from.has(key.name)) continue;
+    error(key.name, key.fits == is_no_line ? "only its ends: \"point_a\" and \"point_b\" in the "
+                                             "scene, or \"anchor_a\" and \"anchor_b\" in the bodies"
+                                           : only + kinds_where(key.fits));
+  }
+}
+
+/// A coordinate of a joint or its rate: m, or an angle under `key` or `key`_deg.
+Real read_coordinate(const Reader& from, std::string_view key, Coordinate along) {
+  if (along == Coordinate::travel) {
+    const std::string key_deg = std::string(key) + "_deg";
+    if (from.has(key_deg))
+      from.error_at_key(key_deg, "found \"" + key_deg + "\" of a slide, expected \"" +
+                                     std::string(key) + "\" in m or m/s");
+    return from.number(key, 0);
+  }
+  Real angle = 0;
+  read_angles(from, key, {&angle, 1});
+  return angle;
+}
+
+/// "spring", "friction" and "motor".
+Dof read_freedom(const Reading& reading, const Reader& from, Coordinate along) {
+  Dof dof;
+  if (const NodeId node = from.find("spring"); node != kNoNode) {
+    const Reader spring = reading.open(node, "spring");
+    read_rows(reading, spring, dof.spring);
+    dof.spring.rest = read_coordinate(spring, "rest", along);
+  }
+  if (const NodeId node = from.find("friction"); node != kNoNode)
+    read_rows(reading, reading.open(node, "friction"), dof.friction);
+  if (const NodeId node = from.find("motor"); node != kNoNode) {
+    const Reader motor = reading.open(node, "motor");
+    read_rows(reading, motor, dof.motor);
+    const bool stands_at = either(motor, "position") != kNoNode;
+    dof.motor.kind = stands_at ? MotorKind::position : MotorKind::velocity;
+    dof.motor.target = read_coordinate(motor, stands_at ? "position" : "velocity", along);
+  }
+  return dof;
+}
+
+bool has_freedom(const Reader& from) {
+  return from.has("spring") || from.has("friction") || from.has("motor");
+}
+
+/// "angle" and "travel" of a cylindrical joint.
+void read_freedoms(const Reading& reading, const Reader& from, JointParameters& parameters) {
+  if (const NodeId node = from.find("angle"); node != kNoNode)
+    parameters.rotation = read_freedom(reading, reading.open(node, "dof"), Coordinate::angle);
+  if (const NodeId node = from.find("travel"); node != kNoNode)
+    parameters.translation = read_freedom(reading, reading.open(node, "dof"), Coordinate::travel);
+}
+
+void read_parameter(const Reader& from, const Parameter& p, RotationRecipe& turn) {
+  const Range range = keys::range_of(p);
+  if (!p.needed.empty()) from.need(p.key);
+  if (!p.as_placed)
+    p.value(turn.parameters.edit()) = from.number(p.key, 0, range);
+  else if (from.has(p.key))
+    turn.length = from.number(p.key, 1, range);
+}
+
+}  // namespace
+
+constinit const KeySet keys::spring{
+    "spring", "A spring and damper about or along x. Needs stiffness, damping or both.", kSpring,
+    kNoPairs, kSpringNeeds};
+constinit const KeySet keys::friction{"friction",
+                                      "Friction of a joint: viscous times the rate, and dry times "
+                                      "tanh(rate / slip). Needs one of them or both.",
+                                      kFriction, kNoPairs, kFrictionNeeds};
+constinit const KeySet keys::motor{
+    "motor",
+    "Keeps a speed with gain times what it lacks, or goes to a position with gain times what it is "
+    "off, less damping times the rate; never with more than cap.",
+    kMotor,
+    kMotorPairs,
+    kMotorNeeds,
+    kMotorPartners};
+constinit const KeySet keys::dof{"dof", "Forces along one degree of freedom of a joint.", kDof};
+
+void read_parameters(const Reading& reading, const Reader& from, RotationRecipe& turn) {
+  if (!from.is_object()) return;
+  const Info& kind = info_of(turn.kind);
+  check_keys(from, turn.kind);
+  for (const Parameter& p : kind.parameters) read_parameter(from, p, turn);
+  if (acts_twice(kind)) read_freedoms(reading, from, turn.parameters.edit());
+  if (!acts(kind) || !has_freedom(from)) return;
+  JointParameters& parameters = turn.parameters.edit();
+  if (kind.is_used(Coordinate::angle, kActuated))
+    parameters.rotation = read_freedom(reading, from, Coordinate::angle);
+  else
+    parameters.translation = read_freedom(reading, from, Coordinate::travel);
+}
+
+}  // namespace pantin::detail

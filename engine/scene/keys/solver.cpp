@@ -1,0 +1,99 @@
+// Keys of solver settings.
+#include "engine/scene/read/read.hpp"
+
+namespace pantin::detail {
+namespace {
+
+using namespace rows;
+using S = SolverSettings;
+
+constexpr std::string_view kSolvers[] = {"auto",       "sweep",  "shake2",     "procedural",
+                                         "lagrangian", "planar", "quasistatic"};
+constexpr std::string_view kOldSolvers[] = {"", "", "", "paper", "", "", ""};
+constexpr std::string_view kStabilisations[] = {"projection", "baumgarte", "none"};
+constexpr std::string_view kReluctances[] = {"inertia_over_mass", "literal_step"};
+
+constexpr Key kSolver[] = {
+    word<&S::solver>(
+        "type", kSolvers,
+        "auto: dynamics, stable at any step. sweep: kinematic posing. shake2: accurate at small "
+        "steps. procedural: the rotation rule as printed by Lee et al. (2000), for comparison. "
+        "lagrangian: exact joints of every kind, by forces of constraint. planar: bodies that stay "
+        "in the plane of x and y, by Box2D, with joints closed exactly. quasistatic: laminas, "
+        "which have it without being told.")
+        .once_words(kOldSolvers),
+    number<&S::rotation_stiffness>("rotation_stiffness", "", kNotNegative,
+                                   "Of sweep: 0 swings, large values slide.")
+        .once("turn_stiffness"),
+    number<&S::sleep_speed>(
+        "sleep_speed", "m/s", kNotNegative,
+        "What rests on fixed things and moves no faster for half a second falls asleep; heaps of "
+        "jointed bodies as soon as no body but a swaying arm left its place for a second (2.5 s "
+        "times this, an arm 40 s times this); 0 never.")
+        .once("rest_speed"),
+    whole<&S::sweeps>("sweeps", 1, 10'000, "Most relaxation sweeps over several held points.")
+        .once("rounds"),
+    number<&S::tolerance>(
+        "tolerance", "", kPositive,
+        "Residual of a held point that counts as met, as a fraction of the island's size."),
+    number<&S::stall_drop>("stall_drop", "", kUnit,
+                           "Least relative gain of a sweep; below it the sweeps end."),
+    flag<&S::limiter>(
+        "limiter",
+        "Of auto, where it falls back on sweeps: whether these may add no energy; off "
+        "only to show what it is for."),
+    word<&S::procedural_reluctance>("procedural_reluctance", kReluctances,
+                                    "Of procedural: which length^2 h the rule takes.")
+        .once("paper_reluctance"),
+    word<&S::integrator>("integrator", kIntegratorNames,
+                         "Of lagrangian. euler: order 1, never blows up. rattle: symplectic, order "
+                         "2, energy bounded in long runs. rk4: Runge-Kutta, order 4. implicit: "
+                         "order 2, stiff springs do not limit the step. radau: order 5, likewise."),
+    word<&S::stabilisation>(
+        "stabilisation", kStabilisations,
+        "Of lagrangian: what is done about joints that drift apart. projection: back onto them "
+        "after every step. The others are for comparison."),
+    number<&S::baumgarte>(
+        "baumgarte", "", kNotNegative,
+        "Of lagrangian, with that stabilisation. euler: part of a gap closed in a step, at most 1; "
+        "0 stands for 0.2. Otherwise a rate, 1/s; 0 stands for 5."),
+    number<&S::step_tolerance>("step_tolerance", "", kPositive,
+                               "Of lagrangian with rk4 or radau: steps are divided so that each "
+                               "errs by less, in m, rad, m/s and rad/s. Default: not divided."),
+    number<&S::damping_ratio>(
+        "damping_ratio", "", kUnit,
+        "Of lagrangian with implicit: what is left of the fastest vibrations after a step."),
+};
+
+}  // namespace
+
+constinit const KeySet keys::solver{
+    .what = "solver",
+    .about = "Solver settings.",
+    .keys = kSolver,
+    .retired = "calm_angle_deg reservoir_time active_set_iterations passes tension_stiffness"};
+
+bool read_members(const Reading& reading, const Reader& from, SolverSettings& s) {
+  read_rows(reading, from, s);
+  const IntegratorInfo& integrator = info_of(s.integrator);
+  const std::string name(integrator.name);
+  if (from.has("baumgarte") && integrator.baumgarte_is_part && s.baumgarte > 1)
+    from.error_value("baumgarte", "a number from 0 to 1: with \"" + name +
+                                      "\" it is the part of a gap closed in a step");
+  if (integrator.takes_tolerance) return true;
+  if (from.has("step_tolerance"))
+    from.error_at_key("step_tolerance", "found \"step_tolerance\" with the integrator \"" + name +
+                                            "\", expected it with " + names_that_take_tolerance() +
+                                            " only: no other divides steps");
+  s.step_tolerance = 0;  // of the settings around it
+  return true;
+}
+
+/// What is absent is as in the settings of the scene.
+bool read_value(const RowValue& row, std::optional<SolverSettings>& to) {
+  if (!row.is_there()) return true;
+  to = row.reading.solver;
+  return read_value(row, *to);
+}
+
+}  // namespace pantin::detail

@@ -1,0 +1,229 @@
+// Keys of NURBS surfaces, their faces and curves.
+#include <array>
+
+#include "engine/nurbs/knots.hpp"
+#include "engine/scene/keys/keys.hpp"
+#include "engine/scene/read/surface_words.hpp"
+
+namespace pantin::detail::keys {
+namespace {
+
+using namespace rows;
+
+constexpr Range kKnots{-1e9, 1e9, "a number between -1e9 and 1e9"};
+constexpr Range kJoin{0, 1, "a length from 0 to 1 m"};
+constexpr Range kDegree{1, nurbs::kMostDegree, "a whole number from 1 to 25"};
+constexpr Range kCount{2, 1e6, "a whole number from 2 to 1000000"};
+constexpr Range kFullTurn{1e-6, 360, "an angle above 0, at most 360 degrees"};
+
+constexpr Key kScale =
+    row("scale", ValueType::vector_or_number, "",
+        "By which it is multiplied, along each axis or along all, before it is rotated and moved.")
+        .within(kPositive)
+        .or_else(1);
+constexpr Key kInsideOut =
+    flag("inside_out", "Whether the outer side is turned inside, as of a bowl that is rolled in.")
+        .or_else(false);
+constexpr Key kPoints = row("points", ValueType::points, "m", "Control points.");
+constexpr Key kWeights = row("weights", ValueType::number_list, "",
+                             "Of the control points, above 0. Default: 1 for all.")
+                             .within(kAnyNumber);
+constexpr Key kHomogeneous = row("homogeneous", ValueType::number_list, "",
+                                 "In place of points and weights: x w, y w, z w and w of each, one "
+                                 "after the other; exact where weights are not 1.")
+                                 .within(kAnyNumber);
+constexpr Exclusive kPointPairs[] = {{"homogeneous", "points weights"}};
+constexpr AnyOf kPointNeeds[] = {
+    {"points homogeneous", "found no \"points\", expected the control points"}};
+
+constexpr Key type_key(std::span<const std::string_view> name, std::string_view about) {
+  Key key = word("type", name, about);
+  key.is_needed = true;
+  return key;
+}
+constexpr Key face_type(std::size_t i) {
+  return type_key(std::span(kFaceTypes).subspan(i, 1), "The kind of face.");
+}
+constexpr Key curve_type(std::size_t i) {
+  return type_key(std::span(kCurveTypes).subspan(i, 1), "The kind of curve.");
+}
+constexpr Key radius(std::string_view about) {
+  return number("radius", "m", kSize, about).needed(kSize.words);
+}
+constexpr Key curve(std::string_view name, std::string_view about) {
+  return object(name, "curve", about).needed("a curve");
+}
+
+constexpr Key kCurveName = own_name("What joints call it. Needed in a list of curves.");
+
+/// The keys of a face and of a curve: its type, those of its own, and where it stands.
+constexpr auto face_keys(std::size_t type, const auto&... own) {
+  return std::array{face_type(type), own...,       kScale,    kPosition,
+                    kRotation,       kRotationDeg, kInsideOut};
+}
+constexpr auto curve_keys(std::size_t type, const auto&... own) {
+  return std::array{curve_type(type), kCurveName, own...,      kScale,
+                    kPosition,        kRotation,  kRotationDeg};
+}
+
+// ---- Surfaces ----------------------------------------------------------------------------------
+
+constexpr Key kSurface[] = {
+    text("$schema", "Of a file: where editors find this schema; not read."),
+    own_name("What shapes call it. Needed in a list of surfaces."),
+    objects("faces", "face", "All that the surface is made of, outer sides outwards."),
+    reference("file", "the path of a file of a surface",
+              "The surface of a file of its own, JSON of this kind. The path starts from this "
+              "file's folder."),
+    number("tolerance", "m", kJoin, "Edges of faces that coincide within it are joined.")
+        .or_else(1e-7),
+    kScale,
+    kPosition,
+    kRotation,
+    kRotationDeg,
+    kInsideOut,
+};
+constexpr Exclusive kSurfacePairs[] = {{"faces", "file"}};
+constexpr AnyOf kSurfaceNeeds[] = {
+    {"faces file", "found no \"faces\", expected faces, or a \"file\""}};
+
+constexpr auto kNurbsFace =
+    face_keys(0,
+              row("degrees", ValueType::wholes, "", "Along u and v.")
+                  .holding(2)
+                  .within(kDegree)
+                  .needed("the degrees along u and v"),
+              row("knots_u", ValueType::number_list, "",
+                  "Not decreasing; as many as points along u, the degree and 1 together.")
+                  .within(kKnots)
+                  .needed("the knots along u"),
+              row("knots_v", ValueType::number_list, "", "Likewise along v.")
+                  .within(kKnots)
+                  .needed("the knots along v"),
+              row("points", ValueType::points, "m",
+                  "Control points, u outermost: all of the first row along v, then of the next."),
+              kWeights, kHomogeneous,
+              flag("periodic_u", "Whether both ends of u are one place.").or_else(false),
+              flag("periodic_v", "Whether both ends of v are one place.").or_else(false));
+constexpr auto kPlaneFace = face_keys(
+    1, row("size", ValueType::numbers, "m", "Along x and along y, the origin in the middle.")
+           .holding(2)
+           .within(kSize)
+           .needed("two lengths"));
+constexpr auto kCylinderFace =
+    face_keys(2, radius("About z."),
+              number("height", "m", kSize, "From the origin along z.").needed(kSize.words));
+constexpr auto kConeFace = face_keys(
+    3,
+    row("radii", ValueType::numbers, "m", "About z, at the bottom and at the top; 0: a tip.")
+        .holding(2)
+        .within(kNotNegative)
+        .needed("two radii"),
+    number("height", "m", kSize, "From the origin along z.").needed(kSize.words));
+constexpr auto kSphereFace = face_keys(4, radius("About the origin."));
+constexpr auto kEllipsoidFace =
+    face_keys(5, vector("radii", "m", "Along x, y and z.").within(kSize).needed("three radii"));
+constexpr auto kTorusFace =
+    face_keys(6, radius("Of the tube's middle, about z."),
+              number("tube", "m", kSize, "Radius of the tube.").needed(kSize.words));
+constexpr auto kRevolutionFace =
+    face_keys(7, curve("profile", "Turned about z."),
+              number("angle_deg", "degrees", kFullTurn, "How far.").or_else(360));
+constexpr auto kExtrusionFace =
+    face_keys(8, curve("profile", "Moved along the way."),
+              vector("way", "m", "From one end to the other.").needed("a vector"));
+constexpr auto kSweepFace = face_keys(
+    9, curve("section", "Moved along the path; of one that turns, in x and y."),
+    curve("path", "Where the section goes."),
+    flag("turning", "Whether the section turns with the path, as little as can be.").or_else(false),
+    whole("stations", 2, 1000, "Of one that turns: at so many places it is exact.").or_else(24));
+constexpr auto kInterpolationFace = face_keys(
+    10, row("points", ValueType::points, "m", "On the surface, row after row.").needed("points"),
+    row("columns", ValueType::whole, "", "Points in a row, along v.")
+        .within(kCount)
+        .needed("how many points are in a row"),
+    row("degrees", ValueType::wholes, "", "Along u and v.")
+        .holding(2)
+        .within(kDegree)
+        .or_else(3, 3, 0));
+
+// ---- Curves ------------------------------------------------------------------------------------
+
+constexpr auto kNurbsCurve = curve_keys(
+    0,
+    row("degree", ValueType::whole, "", "Of the polynomials.").within(kDegree).needed("a degree"),
+    row("knots", ValueType::number_list, "",
+        "Not decreasing; as many as points, the degree and 1 together.")
+        .within(kKnots)
+        .needed("the knots"),
+    kPoints, kWeights, kHomogeneous,
+    flag("periodic", "Whether both ends are one place.").or_else(false));
+constexpr auto kLineCurve = curve_keys(1, vector("from", "m", "Where it begins.").needed("a place"),
+                                       vector("to", "m", "Where it ends.").needed("a place"));
+constexpr auto kArcCurve = curve_keys(
+    2, radius("About z."),
+    angles_deg("angles_deg", "Where it begins and ends, from x towards y; at most 360 further.")
+        .needed("two angles"));
+constexpr auto kCircleCurve = curve_keys(3, radius("About z."));
+constexpr auto kEllipseCurve = curve_keys(4, row("radii", ValueType::numbers, "m", "Along x and y.")
+                                                 .holding(2)
+                                                 .within(kSize)
+                                                 .needed("two radii"));
+constexpr auto kInterpolationCurve = curve_keys(
+    5, row("points", ValueType::points, "m", "On the curve, in order.").needed("points"),
+    row("degree", ValueType::whole, "", "Of the polynomials.").within(kDegree).or_else(3),
+    flag("closed", "Whether it returns to the first point, smoothly.").or_else(false));
+constexpr auto kOutlineCurve = curve_keys(
+    6,
+    row("points", ValueType::points, "m", "Corners in order, z = 0; the last side is drawn back.")
+        .needed("the corners"),
+    number("rounding", "m", kNotNegative, "Radius of the arcs that round its corners.").or_else(0));
+constexpr auto kJoinedCurve = curve_keys(
+    7,
+    objects("curves", "curve", "Each begins or ends where the one before ends.").needed("curves"));
+
+}  // namespace
+
+constinit const KeySet surface{"surface",
+                               "A surface of NURBS faces. A closed one is a solid; what is open is "
+                               "touched from its outer side, the one that u x v points to.",
+                               kSurface, kSurfacePairs, kSurfaceNeeds};
+constinit const KeySet nurbs_face{"nurbs_face", "A face by knots and control points.", kNurbsFace,
+                                  kPointPairs, kPointNeeds};
+constinit const KeySet plane_face{"plane_face", "A rectangle across z.", kPlaneFace};
+constinit const KeySet cylinder_face{"cylinder_face", "The side of a cylinder.", kCylinderFace};
+constinit const KeySet cone_face{"cone_face", "The side of a cone.", kConeFace};
+constinit const KeySet sphere_face{
+    "sphere_face",
+    "A sphere. Alone in its surface, and not moved, it has no poles: it is six charts.",
+    kSphereFace};
+constinit const KeySet ellipsoid_face{"ellipsoid_face", "An ellipsoid; of poles as a sphere.",
+                                      kEllipsoidFace};
+constinit const KeySet torus_face{"torus_face", "A torus.", kTorusFace};
+constinit const KeySet revolution_face{
+    "revolution_face", "A curve turned about z; u is the angle, v runs along the curve.",
+    kRevolutionFace};
+constinit const KeySet extrusion_face{
+    "extrusion_face", "A curve moved along a straight way; u runs along the curve, v the way.",
+    kExtrusionFace};
+constinit const KeySet sweep_face{
+    "sweep_face", "A curve moved along a curve; u runs along the path, v along the section.",
+    kSweepFace};
+constinit const KeySet interpolation_face{
+    "interpolation_face", "The surface through a grid of points.", kInterpolationFace};
+constinit const KeySet nurbs_curve{"nurbs_curve", "A curve by knots and control points.",
+                                   kNurbsCurve, kPointPairs, kPointNeeds};
+constinit const KeySet line_curve{"line_curve", "A straight line.", kLineCurve};
+constinit const KeySet arc_curve{"arc_curve", "Part of a circle.", kArcCurve};
+constinit const KeySet circle_curve{"circle_curve", "A whole circle.", kCircleCurve};
+constinit const KeySet ellipse_curve{"ellipse_curve", "A whole ellipse.", kEllipseCurve};
+constinit const KeySet interpolation_curve{"interpolation_curve", "The curve through points.",
+                                           kInterpolationCurve};
+constinit const KeySet outline_curve{
+    "outline_curve", "A closed polygon with rounded corners: straight lines and arcs.",
+    kOutlineCurve};
+constinit const KeySet joined_curve{
+    "joined_curve", "Curves one after the other; closed if the last ends where the first begins.",
+    kJoinedCurve};
+
+}  // namespace pantin::detail::keys
