@@ -2,6 +2,7 @@
 /// Contacts between bodies.
 #include <cstdint>
 #include <functional>
+#include <tuple>
 #include <vector>
 
 #include "engine/base/fields.hpp"
@@ -93,8 +94,24 @@ const std::vector<SensorOverlap>& sensor_overlaps_of(const World& world);
 
 }  // namespace detail
 
-/// Contacts of the last step, sorted by bodies and key.
+/// Contacts of the last step, sorted by bodies and key: of what is awake, and of what fell asleep
+/// in it.
 const std::vector<Contact>& contacts_of(const World& world);
 std::vector<Contact>& contacts_of(World& world);
+/// Those of what sleeps, likewise.
+const std::vector<Contact>& resting_contacts_of(const World& world);
+
+/// Calls `each(contact)` for all of them, sorted.
+template <class Each>
+void each_contact(const World& world, const Each& each) {
+  auto resting = resting_contacts_of(world).begin();
+  const auto end = resting_contacts_of(world).end();
+  const auto order = [](const Contact& c) { return std::tie(c.slot_a, c.slot_b, c.key); };
+  for (const Contact& c : contacts_of(world)) {
+    for (; resting != end && order(*resting) < order(c); ++resting) each(*resting);
+    each(c);
+  }
+  for (; resting != end; ++resting) each(*resting);
+}
 
 }  // namespace pantin

@@ -9,6 +9,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/contact/on_the_way.hpp"
+#include "engine/contact/resting.hpp"
 #include "engine/geometry/kinds.hpp"
 #include "engine/geometry/usable.hpp"
 
@@ -336,28 +337,18 @@ Contact contact_of(const WayFinder& s, const FoundPoint& f) {
   return c;
 }
 
-/// The points found, with the warm start of those they continue, and what is kept between bodies at
-/// rest: Memory::contacts, in order.
+/// The points found, with the warm start of those they continue: Memory::contacts, in order.
 void store_contacts(const WayFinder& s, Search& search) {
   Memory& memory = memory_of(s);
   std::vector<Contact>& contacts = memory.contacts;
   const std::vector<Contact>& before = memory.scratch.before;
-  std::size_t old = 0, kept = 0, first = 0;  // `first` of those with the same two bodies
-  // All of one pair are kept, or none.
-  const auto keep_until = [&](const FoundPoint* next) {
-    for (; kept < before.size(); ++kept) {
-      const Contact& c = before[kept];
-      if (next && !(std::tie(c.slot_a, c.slot_b) < std::tie(next->slot_a, next->slot_b))) break;
-      if (s.keeps && s.is_moved(c.slot_a) && s.rests(c.slot_a) && s.rests(c.slot_b))
-        contacts.push_back(c);
-    }
-  };
+  std::size_t old = 0, first = 0;  // `first` of those with the same two bodies
   const FoundPoint* last = nullptr;
   for (const std::uint32_t i : search.order) {
     const FoundPoint& f = search.found[i];
     const bool same = last && last->slot_a == f.slot_a && last->slot_b == f.slot_b;
     if (same && last->key == f.key) continue;
-    if (!same) match_rest(memory, first), keep_until(&f), first = contacts.size();
+    if (!same) match_rest(memory, first), first = contacts.size();
     last = &f;
     Contact c = contact_of(s, f);
     while (old < before.size() && order(before[old]) < order(c)) ++old;
@@ -365,7 +356,6 @@ void store_contacts(const WayFinder& s, Search& search) {
     contacts.push_back(c);
   }
   match_rest(memory, first);
-  keep_until(nullptr);
   PANTIN_ASSERT(are_in_order(contacts));
 }
 
@@ -392,7 +382,7 @@ void search_contacts(World& world, std::span<const Real> reach, Real h,
   Memory& memory = world.memory.of<Memory>();
   Search& search = memory.scratch.search;
   if (world.collisions.empty()) {
-    memory.contacts.clear();
+    memory.contacts.clear(), memory.resting.clear();
     search.sensors = 0;
     return;
   }
@@ -401,6 +391,7 @@ void search_contacts(World& world, std::span<const Real> reach, Real h,
   const WayFinder s{{world, partition_of(world), reach, !memory.scratch.stale}, h, struck};
   std::swap(memory.scratch.before, memory.contacts);
   memory.contacts.clear();
+  part_resting(s, memory);
   list_joined(world, search), detail::list_ignored(world, search.ignored);
   list_material_pairs(world, search);
   list_colliders(s, search);
@@ -493,6 +484,9 @@ const std::vector<Contact>& contacts_of(const World& world) {
 }
 std::vector<Contact>& contacts_of(World& world) {
   return world.memory.of<contact::Memory>().contacts;
+}
+const std::vector<Contact>& resting_contacts_of(const World& world) {
+  return world.memory.of<contact::Memory>().resting;
 }
 
 }  // namespace pantin

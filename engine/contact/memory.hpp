@@ -2,6 +2,7 @@
 /// What crosses islands and is kept from step to step: contacts.
 #include <cstdint>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 #include "engine/base/hash.hpp"
@@ -20,6 +21,18 @@ struct StartPose {
   Pose pose;
 };
 
+/// What decides who collides with whom, of a Collision.
+struct CollisionFilter {
+  std::uint32_t groups = 0, with = 0;
+  bool sensor = false;
+  bool operator==(const CollisionFilter&) const = default;
+};
+
+/// Whether contacts follow one another by bodies and key.
+inline bool are_ordered(const Contact& c, const Contact& d) {
+  return std::tie(c.slot_a, c.slot_b, c.key) < std::tie(d.slot_a, d.slot_b, d.key);
+}
+
 /// Scratch memory of contact detection; not part of the state.
 struct DetectScratch {
   std::vector<Real> reach;   // m, by body slot: how far its surface may move in the step
@@ -27,21 +40,28 @@ struct DetectScratch {
   std::vector<Pose> ends;    // poses of kinematic bodies at the end of the step
   std::vector<StartPose> starts;
   std::vector<std::uint8_t> has_fallen;  // by body slot: weight has acted on its velocity
-  std::vector<Contact> before;
-  bool stale = false;  // bodies were renumbered: contacts are detected again
+  std::vector<Contact> before, all;
+  std::uint64_t rest_version = 0;        // Partition::rest_version when those at rest were parted
+  std::vector<std::uint8_t> still;       // as Partition::kinematic: whether it rested then
+  std::vector<CollisionFilter> filters;  // by slot in World::collisions, as they were then
+  int resting_active = 0;                // of Memory::resting
+  Real resting_depth = 0;                // m, the deepest of them
+  bool stale = false;                    // bodies were renumbered: contacts are detected again
   Search search;
 };
 
 /// State between islands.
 struct Memory {
   static constexpr std::string_view name = "contact";  // in saved Worlds
-  std::vector<Contact> contacts;        // of the last step, in order of bodies and keys
+  std::vector<Contact> contacts;                       // see contacts_of(), resting_contacts_of()
+  std::vector<Contact> resting;
   std::vector<SensorOverlap> overlaps;  // at its end
   NearPairs near;                       // of the last step
   Scratch<DetectScratch> scratch;
 
   static void fields(auto& self, auto&& field) {
     field("contacts", self.contacts);
+    field("resting", self.resting);
     field("overlaps", passive(self.overlaps));
     field("near", self.near);
     field("scratch", derived(self.scratch));

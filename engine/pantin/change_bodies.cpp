@@ -16,13 +16,13 @@ namespace {
 
 /// Wakes what touched a body in the last step.
 void wake_touching(World& world, Entity body) {
-  for (const Contact& c : contacts_of(world)) {
+  each_contact(world, [&](const Contact& c) {
     const std::uint32_t a = world.bodies.slot_now(c.slot_a), b = world.bodies.slot_now(c.slot_b);
-    if (std::max(a, b) >= world.bodies.size()) continue;
+    if (std::max(a, b) >= world.bodies.size()) return;
     const Entity on_a = world.bodies.owners()[a], on_b = world.bodies.owners()[b];
     if (on_a == body) wake(world, on_b);
     if (on_b == body) wake(world, on_a);
-  }
+  });
 }
 
 /// Whether the shapes of two bodies may overlap: by spheres about them.

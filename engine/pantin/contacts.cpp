@@ -78,8 +78,8 @@ bool ContactEvents::touched(const ContactEvent& now) const {
   return std::binary_search(before_.begin(), before_.end(), now, is_before);
 }
 
-void ContactEvents::collect(const World& world, Real seconds) {
-  const std::vector<Contact>& contacts = contacts_of(world);
+/// The points of a pair are all in one list.
+void ContactEvents::collect(const World& world, std::span<const Contact> contacts, Real seconds) {
   for (std::size_t i = 0; i < contacts.size();) {
     const std::uint32_t slot_a = contacts[i].slot_a, slot_b = contacts[i].slot_b;
     // Contacts name slots as they were in the last step.
@@ -133,7 +133,8 @@ void ContactEvents::compare() {
 std::span<const ContactEvent> ContactEvents::update(const World& world) {
   before_.swap(now_);
   now_.clear();
-  collect(world, std::max(Real(0), world.time - time_));
+  const Real seconds = std::max(Real(0), world.time - time_);
+  collect(world, contacts_of(world), seconds), collect(world, resting_contacts_of(world), seconds);
   collect_overlaps(world);
   std::sort(now_.begin(), now_.end(), is_before);
   find_approaches(), note_motions(world);

@@ -27,6 +27,8 @@ constexpr Collision in_layers(std::uint32_t layers, std::uint32_t touches = kAll
   return with;
 }
 
+struct Contact;
+
 enum class ContactPhase : std::uint8_t { begin, persist, end };
 
 /// Two bodies that touch, began to or ceased to. `a` has the lower index; of a sensor and what
@@ -71,7 +73,7 @@ class ContactEvents {
   std::span<const ContactEvent> events() const { return events_; }
 
  private:
-  void collect(const World& world, Real seconds);
+  void collect(const World& world, std::span<const Contact> contacts, Real seconds);
   void collect_overlaps(const World& world);
   void compare();
   bool touched(const ContactEvent& now) const;

@@ -153,13 +153,13 @@ void draw_joints(const Pen& pen) {
 }
 
 void draw_contacts(const Pen& pen) {
-  for (const Contact& c : contacts_of(pen.world)) {
-    if (c.slot_a >= pen.world.bodies.size()) continue;
+  each_contact(pen.world, [&](const Contact& c) {
+    if (c.slot_a >= pen.world.bodies.size()) return;
     const Vec3 at = to_world(pen.world.bodies.values()[c.slot_a].pose, c.point_a);
     if (pen.what.contacts) pen.cross(at, c.active ? kContact : kBounds);
     if (pen.what.contacts && c.active) pen.add(at, at + pen.what.size * c.normal, kContact);
     if (pen.what.forces && c.active) pen.add(at, at + pen.what.force_scale * c.force, kForce);
-  }
+  });
 }
 
 void draw_cables(const Pen& pen) {

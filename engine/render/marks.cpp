@@ -224,14 +224,14 @@ bool slides(const Contact& contact) {
 
 void add_contact_marks(const PosedWorld& scene, Pen& pen) {
   const World& world = scene.world;
-  if (contacts_of(world).empty()) return;
+  if (contacts_of(world).empty() && resting_contacts_of(world).empty()) return;
   const ForceScale scale(world, pen.eye());
-  for (const Contact& contact : contacts_of(world)) {
-    if (contact.slot_a >= world.bodies.size()) continue;
+  each_contact(world, [&](const Contact& contact) {
+    if (contact.slot_a >= world.bodies.size()) return;
     const Vec3 at = to_world(scene.pose_of(contact.slot_a), contact.point_a);
     if (!contact.active) {
       pen.dot(at, 1.4 * pen.fine(), ink::kNear);
-      continue;
+      return;
     }
     const Real force = glm::length(contact.force);
     if (force > 0)
@@ -239,7 +239,7 @@ void add_contact_marks(const PosedWorld& scene, Pen& pen) {
                ink::kContact);
     pen.dot(at, 2.6 * pen.fine(), ink::kContact);
     if (slides(contact)) pen.cross(at, 4 * pen.fine(), 1.3 * pen.fine(), ink::kSlide);
-  }
+  });
 }
 
 void add_forces(const World& world, std::span<const Overlay::Arrow> forces, Pen& pen) {

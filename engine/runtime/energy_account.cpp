@@ -64,7 +64,7 @@ void EnergyAccount::join(std::uint32_t a, std::uint32_t b) {
   a = sets_.root(a), b = sets_.root(b);
   if (a == b) return;
   if (b < a) std::swap(a, b);
-  sets_.join(a, b), knows_roots_ = false;
+  sets_.join(a, b);
   Group &to = groups_[a], &from = groups_[b];
   hold(a, from.held_by);
   to.is_asked = to.is_asked && from.is_asked;
@@ -87,7 +87,8 @@ void EnergyAccount::join(std::uint32_t a, std::uint32_t b) {
 
 void EnergyAccount::compile(const World& world) {
   const std::size_t count = world.bodies.size();
-  sets_.reset(count), knows_roots_ = false;
+  sets_.reset(count), moving_.clear(), moving_in_.assign(count, 0);
+  substep_ = 0, rest_version_ = 0;
   bodies_.assign(count, {}), groups_.assign(count, {});
   const Real g = glm::length(world.gravity);
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -98,7 +99,7 @@ void EnergyAccount::compile(const World& world) {
     groups_[i].slack_spin = kSlowTurn * b.mass * (lift / kLift) * (lift / kLift);
     groups_[i].touched = groups_[i].jerked = kTouched;  // joints may jerk
   }
-  holds_.clear(), roots_.reserve(count);
+  holds_.clear();
   for (const Link& l : world.links.values()) attach(world, {l.a, l.b});
   for (const Cable& c : world.cables.values()) {
     attach(world, {c.a, c.b});
@@ -120,6 +121,9 @@ void EnergyAccount::compile(const World& world) {
       hold(sets_.root(body), kPlaces + i), holds_.push_back({body, kPlaces + i});
   }
   find_losses(world);
+  std::size_t roots = 0;  // groups only become fewer
+  for (std::uint32_t i = 0; i < count; ++i) roots += sets_.root(i) == i;
+  moving_.reserve(roots);
   cables_.resize(world.cables.size());
   for (std::uint32_t i = 0; i < cables_.size(); ++i) cables_[i] = state_of(world, i);
   list_stores(world, stores_);
@@ -165,23 +169,31 @@ void EnergyAccount::begin_substep(const World& world) {
   begun_ = true;
 }
 
+void EnergyAccount::note_start(const World& world, std::uint32_t slot, Real h) {
+  const Body& b = world.bodies.values()[slot];
+  Start& s = bodies_[slot];
+  s.velocity = b.velocity, s.angular_velocity = b.angular_velocity;
+  // Paths, and callers, lead a body before the step: its velocity tells from where.
+  s.pose = is_dynamic(b) || b.teleport ? b.pose : contact::pose_before(b, h);
+  if (!is_dynamic(b)) return;
+  if (Group& g = groups_[sets_.root(slot)]; b.restart) g.touched = g.jerked = kTouched;
+  const Energies e = energies_of(world, b);
+  s.energy = e.all, s.kinetic = e.kinetic, s.spin = e.spin;
+  s.force = s.torque = Vec3(0);
+}
+
+/// What sleeps stays as it was noted when it fell asleep.
 void EnergyAccount::note_start(const World& world, Real h) {
   begun_ = begun_ && built_for_ == world.structure();
   if (!begun_) return;
+  const Partition& partition = partition_of(world);
   for (std::uint32_t i = 0; is_new_ && i < bodies_.size(); ++i)
-    if (owner_of(partition_of(world), i).solver == kQuasistatic)
-      groups_[sets_.root(i)].is_asked = false;
-  for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
-    const Body& b = world.bodies.values()[i];
-    Start& s = bodies_[i];
-    s.velocity = b.velocity, s.angular_velocity = b.angular_velocity;
-    // Paths, and callers, lead a body before the step: its velocity tells from where.
-    s.pose = is_dynamic(b) || b.teleport ? b.pose : contact::pose_before(b, h);
-    if (!is_dynamic(b)) continue;
-    if (Group& g = groups_[sets_.root(i)]; b.restart) g.touched = g.jerked = kTouched;
-    const Energies e = energies_of(world, b);
-    s.energy = e.all, s.kinetic = e.kinetic, s.spin = e.spin;
-    s.force = s.torque = Vec3(0);
+    if (owner_of(partition, i).solver == kQuasistatic) groups_[sets_.root(i)].is_asked = false;
+  if (std::exchange(rest_version_, partition.rest_version) != partition.rest_version) {
+    for (std::uint32_t i = 0; i < bodies_.size(); ++i) note_start(world, i, h);
+  } else {
+    for (const auto* slots : {&partition.kinematic, &partition.awake})
+      for (const std::uint32_t slot : *slots) note_start(world, slot, h);
   }
   for (std::size_t i = 0; i < world.forces.size(); ++i) {
     const std::uint32_t slot = world.bodies.slot(world.forces.owners()[i]);
@@ -191,12 +203,13 @@ void EnergyAccount::note_start(const World& world, Real h) {
   }
 }
 
-void EnergyAccount::list_roots() {
-  if (knows_roots_) return;
-  roots_.clear();
-  for (std::uint32_t i = 0; i < groups_.size(); ++i)
-    if (sets_.root(i) == i) roots_.push_back(i);
-  knows_roots_ = true;
+void EnergyAccount::list_moving(const World& world) {
+  moving_.clear(), ++substep_;
+  for (const std::uint32_t slot : partition_of(world).awake) {
+    const std::uint32_t root = sets_.root(slot);
+    if (!is_moving(root)) moving_.push_back(root), moving_in_[root] = substep_;
+  }
+  std::sort(moving_.begin(), moving_.end());
 }
 
 void EnergyAccount::end_substep(const World& world, Real h) {
@@ -206,8 +219,8 @@ void EnergyAccount::end_substep(const World& world, Real h) {
     if (c.active && is_dynamic(world.bodies.values()[c.slot_a]) &&
         is_dynamic(world.bodies.values()[c.slot_b]))
       join(c.slot_a, c.slot_b);
-  list_roots();
-  for (const std::uint32_t root : roots_) {
+  list_moving(world);
+  for (const std::uint32_t root : moving_) {
     Group& g = groups_[root];
     g.change = g.paid = g.kinetic = g.kinetic_before = g.worked = g.rise = 0, g.is_pressed = false,
     g.momentum = g.angular = Vec3(0), g.before = g.now = {};
@@ -257,7 +270,7 @@ void EnergyAccount::add_contacts(const World& world, Real h) {
   for (const Contact& c : contacts_of(world)) {
     if (!c.active) continue;
     const Body &a = world.bodies.values()[c.slot_a], &b = world.bodies.values()[c.slot_b];
-    if (!is_dynamic(a)) continue;
+    if (!is_dynamic(a) || !is_moving(sets_.root(c.slot_a))) continue;
     const Start &from_a = bodies_[c.slot_a], &from_b = bodies_[c.slot_b];
     Group& g = groups_[sets_.root(c.slot_a)];
     g.touched = kTouched;
@@ -357,7 +370,7 @@ void EnergyAccount::add_cable_blows(const World& world, Real h) {
 
 /// What led bodies, and hands that hold a place, do to those that they hold.
 void EnergyAccount::add_leads(const World& world, Real h) {
-  for (const std::uint32_t root : roots_) {
+  for (const std::uint32_t root : moving_) {
     Group& g = groups_[root];
     if (g.held_by == kNobody || g.held_by == kSeveral) continue;
     const auto& [from, to, faster] = way_of(world, g.held_by);
@@ -373,7 +386,7 @@ void EnergyAccount::add_leads(const World& world, Real h) {
 }
 
 void EnergyAccount::close(const World& world, Real h) {
-  for (const std::uint32_t root : roots_) {
+  for (const std::uint32_t root : moving_) {
     Group& g = groups_[root];
     g.change += g.rise;
     if (!std::isfinite(g.change)) continue;

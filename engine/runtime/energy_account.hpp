@@ -50,7 +50,7 @@ class EnergyAccount {
   /// Calls `tell(change)` for all that changed by more than it may.
   template <class Tell>
   void each_change(const World& world, const Tell& tell) const {
-    for (const std::uint32_t root : roots_) {
+    for (const std::uint32_t root : moving_) {
       const Group& g = groups_[root];
       if (g.fastest >= world.bodies.size()) continue;
       const auto body = [&] { return world.bodies.owners()[g.fastest]; };
@@ -147,7 +147,9 @@ class EnergyAccount {
   void hold(std::uint32_t group, std::uint32_t by);
   void attach(const World& world, std::initializer_list<Entity> bodies);
   void find_losses(const World& world);
-  void list_roots();
+  void list_moving(const World& world);
+  bool is_moving(std::uint32_t root) const { return moving_in_[root] == substep_; }
+  void note_start(const World& world, std::uint32_t slot, Real h);
   void add_bodies(const World& world, Real h);
   void add_body(const World& world, std::uint32_t slot, Real h, Sums& sums) const;
   static void add_sums(const World& world, const Sums& sums, Group& group, Real h);
@@ -170,8 +172,10 @@ class EnergyAccount {
   DisjointSets sets_{0};
   std::vector<Start> bodies_;
   std::vector<Group> groups_;
-  std::vector<std::uint32_t> roots_;  // of the groups that are left
-  bool knows_roots_ = false;
+  std::vector<std::uint32_t> moving_;     // roots of the groups that are not wholly asleep
+  std::vector<std::uint32_t> moving_in_;  // by root: the substep in which it was listed
+  std::uint32_t substep_ = 0;
+  std::uint64_t rest_version_ = 0;  // Partition::rest_version when all starts were noted
   std::vector<EnergyStore> stores_;
   std::vector<Hold> holds_;
   /// How a cable was.

@@ -4,6 +4,7 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/runtime/energy_account.hpp"
+#include "engine/world/partition.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -39,7 +40,7 @@ EnergyAccount::Energies EnergyAccount::energies_of(const World& world, const Bod
 void EnergyAccount::add_bodies(const World& world, Real h) {
   Sums sums;
   std::uint32_t root = kNoSlot;
-  for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
+  for (const std::uint32_t i : partition_of(world).awake) {
     if (world.bodies.values()[i].motion != Motion::dynamic) continue;
     const std::uint32_t own = sets_.root(i);
     if (own != root && root != kNoSlot) add_sums(world, sums, groups_[root], h), sums = {};

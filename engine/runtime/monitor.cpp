@@ -46,7 +46,7 @@ void Monitor::begin_substep(const World& world) {
 
 void Monitor::note_start(const World& world, Real h) {
   if (built_for_ != world.structure()) compile(world), contacts_.begin_substep(world);
-  energy_.note_start(world, h);
+  energy_.note_start(world, h), contacts_.note_start(world);
 }
 
 /// What was changed within the substep is looked at from the next one on.

@@ -144,10 +144,10 @@ std::string check_numbers(const World& world) {
   return {};
 }
 
-std::string check_contacts(const World& world) {
+std::string check_contacts(const World& world, const std::vector<Contact>& contacts) {
   const Contact* before = nullptr;
   const auto order = [](const Contact& c) { return std::tie(c.slot_a, c.slot_b, c.key); };
-  for (const Contact& c : contacts_of(world)) {
+  for (const Contact& c : contacts) {
     if (c.slot_a >= world.bodies.size() || c.slot_b >= world.bodies.size())
       return "contacts name a body that does not exist";
     if (before && !(order(*before) < order(c))) return "contacts are out of order";
@@ -233,7 +233,9 @@ Result<World> world_from_bytes(std::string_view bytes, World like, std::string_v
   compile_if_changed(world);
   if (const char* why = world.memory.read(from)) return error(stage, why);
   if (!from.ok() || from.left() > 0) return error(stage, "memory " + from.fault());
-  if (std::string why = check_contacts(world); !why.empty()) return error(stage, why);
+  for (const std::vector<Contact>* list :
+       {&contacts_of(std::as_const(world)), &resting_contacts_of(world)})
+    if (std::string why = check_contacts(world, *list); !why.empty()) return error(stage, why);
   for (const SolverRow* solver : kSolvers)
     if (const char* why = solver->fault(world))
       return error(stage, std::string("memory of ") + solver->name + ' ' + why);

@@ -5,6 +5,7 @@
 #include "engine/base/invariants.hpp"
 #include "engine/base/rotation.hpp"
 #include "engine/contact/detect.hpp"
+#include "engine/contact/resting.hpp"
 #include "engine/runtime/events.hpp"
 #include "engine/runtime/monitor.hpp"
 #include "engine/runtime/requests.hpp"
@@ -82,17 +83,18 @@ bool anybody_feels(const World& world) {
 
 /// Wakes what rested on something that touches it no more: a sensor now, or of other groups.
 void wake_unsupported(World& world) {
+  if (!contact::note_collisions(world)) return;
   const auto on = [&](std::uint32_t slot) {
     const Collision* c = world.collisions.find(world.bodies.owners()[slot]);
     return c && !c->sensor ? c : nullptr;
   };
-  for (const Contact& c : contacts_of(world)) {
-    if (c.lambda == Vec3(0)) continue;
+  each_contact(world, [&](const Contact& c) {
+    if (c.lambda == Vec3(0)) return;
     const Collision *a = on(c.slot_a), *b = on(c.slot_b);
-    if (a && b && do_groups_agree(*a, *b)) continue;
+    if (a && b && do_groups_agree(*a, *b)) return;
     for (const std::uint32_t slot : {c.slot_a, c.slot_b})
       if (owner_of(partition_of(world), slot)) world.bodies.values()[slot].restart = true;
-  }
+  });
 }
 
 /// Contacts of the step, handed to the islands of their bodies. False where nothing can have
@@ -110,7 +112,8 @@ bool detect_contacts(World& world, const StepTask& task) {
   const auto collisions = world.collisions.values();
   // While everything sleeps and neither a kinematic body nor a belt moves, the contacts stay as
   // they are.
-  if (!contacts.empty() && !scratch.stale &&
+  const bool is_parted = scratch.rest_version == partition_of(world).rest_version;
+  if (!(contacts.empty() && resting_contacts_of(world).empty()) && !scratch.stale && is_parted &&
       std::all_of(kSolvers.begin(), kSolvers.end(), asleep) &&
       std::none_of(kinematic.begin(), kinematic.end(), comes) &&
       std::none_of(collisions.begin(), collisions.end(), runs))
@@ -123,7 +126,7 @@ bool detect_contacts(World& world, const StepTask& task) {
       solver->find_reaches(world, task.h, reach), solver->find_starts(world, scratch.starts);
     contact::detect(world, task.h, task.filter);
   } else {
-    contacts.clear();
+    contacts.clear(), world.memory.of<contact::Memory>().resting.clear();
     scratch.search.sensors = 0;
   }
   scratch.stale = false;
@@ -203,6 +206,9 @@ void report_step(const World& world, StepReport& report) {
     report.contacts += c.active;
     report.worst_depth = std::max(report.worst_depth, c.depth);
   }
+  const contact::DetectScratch& scratch = world.memory.of<contact::Memory>().scratch;
+  report.contacts += scratch.resting_active;
+  report.worst_depth = std::max(report.worst_depth, scratch.resting_depth);
 }
 
 /// Marks the World that is stepped. A copy has no mark: one that was put in its place is noticed.
@@ -286,6 +292,9 @@ void predict(Step& s) {
   wake_unsupported(world);
   take_over(world, s.task.h);
   check_kinematic_bodies(world, s.report);
+  for (const SolverRow* solver : kSolvers)
+    if (solver->wake_changed) solver->wake_changed(world, s.task);
+  list_awake(world);
   if (s.record.monitor) s.record.monitor->note_start(world, s.task.h);
   if (s.record.start) note_teleports(world, *s.record.start);
   for (const SolverRow* solver : kSolvers) solver->predict(world, s.task);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <span>
+#include <utility>
 
 #include "engine/base/rotation.hpp"
 #include "engine/contact/detect.hpp"
@@ -78,10 +79,12 @@ bool collide(const World& world, std::uint32_t a, std::uint32_t b) {
 void ContactWatch::compile(const World& world) {
   const std::size_t count = world.bodies.size();
   solids_.clear(), unbounded_.clear();
+  first_.assign(count + 1, 0), rest_version_ = 0;
   thickness_.assign(count, 0), shallow_.assign(count, 0), rests_for_.assign(count, 0),
       depth_.assign(count, 0), overlaps_.assign(count, {0, 0, -kToComeOut});
   before_.assign(count, {});
   for (std::uint32_t slot = 0; slot < count; ++slot) {
+    first_[slot + 1] = static_cast<std::uint32_t>(solids_.size());
     const Entity e = world.bodies.owners()[slot];
     const Collision* collision = world.collisions.find(e);
     const Shapes* shapes = world.shapes.find(e);
@@ -97,21 +100,34 @@ void ContactWatch::compile(const World& world) {
       if (const Real thick = thickness_of(shape, half); thick > 0)
         thinnest = std::min(thinnest, thick);
     }
+    first_[slot + 1] = static_cast<std::uint32_t>(solids_.size());
     thickness_[slot] = thinnest < 1e300 ? thinnest : 0;
     shallow_[slot] =
         std::min(kDeep * 2 * contact::extent_of(*shapes), kDeepOfThickness * thickness_[slot]);
   }
+  if (solids_.empty()) first_ = {};
   boxes_.resize(solids_.size());
   list_joined(world, joined_);
   tree_ = {};
 }
 
+void ContactWatch::note(const World& world, std::uint32_t slot) {
+  const Body& b = world.bodies.values()[slot];
+  before_[slot] = {b.pose, b.velocity, b.angular_velocity, b.teleport};
+}
+
 void ContactWatch::begin_substep(const World& world) {
   if (solids_.empty()) return;
-  for (std::size_t i = 0; i < before_.size(); ++i) {
-    const Body& b = world.bodies.values()[i];
-    before_[i] = {b.pose, b.velocity, b.angular_velocity, b.teleport};
-  }
+  const Partition& partition = partition_of(world);
+  for (const auto* slots : {&partition.kinematic, &partition.awake})
+    for (const std::uint32_t slot : *slots) note(world, slot);
+}
+
+void ContactWatch::note_start(const World& world) {
+  const std::uint64_t version = partition_of(world).rest_version;
+  if (std::exchange(rest_version_, version) == version || solids_.empty()) return;
+  for (std::uint32_t slot = 0; slot < before_.size(); ++slot)
+    if (world.bodies.values()[slot].motion == Motion::dynamic) note(world, slot);
 }
 
 bool ContactWatch::may_meet(const World& world, std::uint32_t a, std::uint32_t b) const {
@@ -219,9 +235,10 @@ std::optional<Real> ContactWatch::passage(const World& world, const Solid& a, co
 }
 
 void ContactWatch::end_substep(const World& world, Real h, FindingList& found) {
+  if (solids_.empty()) return;
   bool placed = false;
-  for (const Solid& s : solids_) {
-    if (before_[s.slot].leaps || !is_fast(world, s)) continue;
+  const auto look = [&](const Solid& s) {
+    if (before_[s.slot].leaps || !is_fast(world, s)) return;
     if (!placed) place_boxes(world), placed = true;
     const auto meet = [&](std::uint32_t i) {
       const Solid& other = solids_[i];
@@ -233,14 +250,19 @@ void ContactWatch::end_substep(const World& world, Real h, FindingList& found) {
     };
     tree_.query(boxes_[static_cast<std::size_t>(&s - solids_.data())], meet);
     for (const std::uint32_t i : unbounded_) meet(i);
-  }
+  };
+  const Partition& partition = partition_of(world);
+  for (const auto* slots : {&partition.kinematic, &partition.awake})
+    for (const std::uint32_t slot : *slots)
+      for (std::uint32_t i = first_[slot]; i < first_[slot + 1]; ++i) look(solids_[i]);
 }
 
 void ContactWatch::end_step(const World& world, Real h, FindingList& found) {
   const std::vector<Contact>& contacts = contacts_of(world);
   if (contacts.empty() || thickness_.size() != world.bodies.size()) return;
-  std::fill(depth_.begin(), depth_.end(), Real(0));
-  for (Overlap& m : overlaps_) m.part = m.depth = 0;
+  const std::vector<std::uint32_t>& awake = partition_of(world).awake;
+  for (const std::uint32_t slot : awake)
+    depth_[slot] = 0, overlaps_[slot].part = overlaps_[slot].depth = 0;
   const Real g = glm::length(world.gravity);
   for (const Contact& c : contacts) {
     const Body &a = world.bodies.values()[c.slot_a], &b = world.bodies.values()[c.slot_b];
@@ -258,7 +280,7 @@ void ContactWatch::end_step(const World& world, Real h, FindingList& found) {
     if (glm::dot(apart, apart) < slow * slow)
       depth_[c.slot_a] = std::max(depth_[c.slot_a], c.depth);
   }
-  for (std::uint32_t i = 0; i < depth_.size(); ++i) {
+  for (const std::uint32_t i : awake) {
     rests_for_[i] = depth_[i] > 0 ? rests_for_[i] + h : 0;
     if (rests_for_[i] > kAtRestFor)
       found.note(FindingKind::sunk, world.bodies.owners()[i], depth_[i]);

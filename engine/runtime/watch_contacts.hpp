@@ -16,6 +16,8 @@ class ContactWatch {
   void compile(const World& world);
   /// Before bodies are moved, kinematic ones included.
   void begin_substep(const World& world);
+  /// Before the solvers start: what sleeps stays as it is noted here.
+  void note_start(const World& world);
   /// After the solvers, `h` seconds later; looks for what passed through something.
   void end_substep(const World& world, Real h, FindingList& found);
   /// At the end of a step of `h` seconds: looks for what lies too deep.
@@ -42,12 +44,15 @@ class ContactWatch {
     bool leaps = true;                      // was placed anew
   };
 
+  void note(const World& world, std::uint32_t slot);
   bool may_meet(const World& world, std::uint32_t a, std::uint32_t b) const;
   bool is_fast(const World& world, const Solid& s) const;
   void place_boxes(const World& world);
   std::optional<Real> passage(const World& world, const Solid& a, const Solid& b, Real h) const;
 
   std::vector<Solid> solids_;                          // by body
+  std::vector<std::uint32_t> first_;                   // of these, by slot; one more at the end
+  std::uint64_t rest_version_ = 0;                     // Partition::rest_version at note_start()
   std::vector<std::uint32_t> unbounded_;               // of them
   std::vector<Before> before_;                         // by slot
   std::vector<Real> thickness_, shallow_, rests_for_;  // by slot: m, of the thinnest shape; m; s

@@ -146,7 +146,7 @@ Real TurnWatch::range_of(const World& world, std::uint32_t slot) const {
 void TurnWatch::end_substep(const World& world, Real h, std::span<const EnergyStore> stores,
                             FindingList& found) {
   const Real least = kImplicitRange.turn / h;
-  for (std::uint32_t slot = 0; slot < bodies_.size(); ++slot) {
+  for (const std::uint32_t slot : partition_of(world).awake) {
     const pantin::Body& b = world.bodies.values()[slot];
     Real& turned = bodies_[slot].turned;
     if (!bodies_[slot].is_asked ||
@@ -186,7 +186,7 @@ void TurnWatch::note_rolling(const World& world, Real h) {
 }
 
 void TurnWatch::check_rolling(const World& world, FindingList& found) {
-  for (std::uint32_t slot = 0; slot < bodies_.size(); ++slot) {
+  for (const std::uint32_t slot : partition_of(world).awake) {
     Body& b = bodies_[slot];
     b.rolled = b.rolls > 0 ? b.rolled + b.rolls : 0;
     if (b.rolled > kBriefly && share_of(world, slot) > kLittle)

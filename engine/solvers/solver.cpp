@@ -27,6 +27,7 @@ namespace {
 std::array<std::vector<IslandPlan>, kSolverCount> partition(World& world) {
   Partition& all = world.memory.of<Partition>();
   all.islands.clear(), all.faults.clear(), all.kinematic.clear();
+  ++all.rest_version;
   all.island.assign(world.bodies.size(), Owner::kNone);
   all.column.assign(world.collisions.empty() ? 0 : world.bodies.size(), Owner::kNone);
   std::array<std::vector<IslandPlan>, kSolverCount> plans;
@@ -63,7 +64,7 @@ void renumber_contacts(World& world) {
   const auto stays = [&](std::uint32_t slot) {
     return is_there(slot) && is_solid(world, world.bodies.owners()[slot]);
   };
-  std::erase_if(memory.contacts, [&](Contact& c) {
+  const auto is_gone = [&](Contact& c) {
     const std::uint32_t a = world.bodies.slot_now(c.slot_a), b = world.bodies.slot_now(c.slot_b);
     if (stays(a) && stays(b)) {
       c.slot_a = a, c.slot_b = b;
@@ -73,7 +74,8 @@ void renumber_contacts(World& world) {
       if (is_there(slot) && owner_of(partition_of(world), slot))
         world.bodies.values()[slot].restart = true;
     return true;
-  });
+  };
+  std::erase_if(memory.contacts, is_gone), std::erase_if(memory.resting, is_gone);
   memory.scratch.stale = true;
 }
 
@@ -113,6 +115,20 @@ void compile_if_changed(World& world) {
   }
   PANTIN_ASSERT(now.island.size() == world.bodies.size());
   for (const SolverRow* solver : kSolvers) solver->prepare(world);
+}
+
+/// Of the islands of a solver that cannot tell when they wake none counts as asleep.
+void list_awake(World& world) {
+  Partition& all = world.memory.of<Partition>();
+  if (all.awake_for == all.rest_version) return;
+  all.awake_for = all.rest_version;
+  all.awake.clear();
+  for (std::uint32_t slot = 0; slot < all.island.size(); ++slot) {
+    if (all.island[slot] == Owner::kNone) continue;
+    const Partition::Place& place = all.islands[all.island[slot]];
+    const SolverRow& solver = *kSolvers[place.solver];
+    if (!solver.wake_changed || !solver.sleeps(world, place.island)) all.awake.push_back(slot);
+  }
 }
 
 namespace {

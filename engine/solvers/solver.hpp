@@ -37,6 +37,9 @@ struct SolverRow {
   /// Allocates scratch memory: after compile, and after the World was copied.
   void (*prepare)(World&) = [](World&) {};
 
+  /// Wakes the sleeping islands that something was changed about since the last step, before
+  /// anybody looks at the bodies. A solver that has none tells of no island that sleeps.
+  void (*wake_changed)(World&, const StepTask&) = nullptr;
   /// The update stage: free motion of all islands.
   void (*predict)(World&, const StepTask&);
   /// After islands were compiled anew within a step, between the update and the adjust stage: the
@@ -100,6 +103,9 @@ void compile_if_changed(World& world);
 /// The part of compile_if_changed that finds what solvers do not know and impossible numbers, and
 /// marks the islands concerned.
 void list_faults(World& world, std::span<std::vector<IslandPlan>> plans);
+
+/// Brings Partition::awake up to date.
+void list_awake(World& world);
 
 void run_islands(std::size_t count, const StepTask& task, Job job);
 /// Runs `work(i)` for every i below `count` on the threads of a task; the calls are independent.

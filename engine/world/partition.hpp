@@ -51,6 +51,11 @@ struct Partition {
   std::vector<std::uint32_t> island;     // by slot in World::bodies: in `islands`, or Owner::kNone
   std::vector<std::uint32_t> column;     // by slot; empty where nothing is solid
   std::vector<std::uint32_t> kinematic;  // slots of bodies that no solver owns
+  /// Slots of bodies that solvers move and that do not sleep, ascending. What wakes within a step
+  /// joins them, what falls asleep leaves them before the next.
+  std::vector<std::uint32_t> awake;
+  std::uint64_t rest_version = 1;  // changes when an island falls asleep or wakes
+  std::uint64_t awake_for = 0;     // rest_version when `awake` was listed
   std::vector<StructureFault> faults;
   std::uint64_t built_for = 0;   // World::structure() at the last build; 0: never
   std::uint64_t edit_count = 0;  // World::edit_count then
@@ -64,6 +69,9 @@ struct Partition {
     field("island", derived(self.island));
     field("column", derived(self.column));
     field("kinematic", derived(self.kinematic));
+    field("awake", derived(self.awake));
+    field("rest_version", derived(self.rest_version));
+    field("awake_for", derived(self.awake_for));
     field("faults", derived(self.faults));
     field("built_for", derived(self.built_for));
     field("edit_count", derived(self.edit_count));

@@ -221,10 +221,10 @@ TEST_CASE("a beam on a hinge: what holds it level decides what the hinge bears")
     force += pull, torque += glm::cross(Vec3(1, 0, 0), pull);
   }
   if (holder == ground)
-    for (const Contact& c : contacts_of(simulation.world)) {
+    each_contact(simulation.world, [&](const Contact& c) {
       const Vec3 at = to_world(simulation.world.bodies[beam].pose, c.point_a);
       force += c.force, torque += glm::cross(at, c.force);
-    }
+    });
   // Balance, whoever holds it.
   CHECK(glm::length(force) < 1e-3 * 4 * kG);
   CHECK(glm::length(torque) < 2e-3 * 4 * kG);

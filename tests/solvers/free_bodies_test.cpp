@@ -197,8 +197,9 @@ TEST_CASE("ten boxes stand on one another, and fall asleep where they stand") {
       CHECK(glm::distance(b.pose.position, w.bodies[boxes[i]].pose.position) <= 1e-3);
     }
     Real borne = 0;
-    for (const Contact& c : contacts_of(sim.world))
+    each_contact(sim.world, [&](const Contact& c) {
       if (sim.world.bodies.values()[c.slot_b].motion == Motion::fixed) borne += c.force.y;
+    });
     CHECK(borne == Approx(10 * 25.6 * 9.81).epsilon(1e-6));
   }
 }

@@ -98,8 +98,9 @@ Outcome fall(int seed) {
     o.gap = std::max(o.gap, report.measures.worst_gap_rel);
     for (const Body& b : sim.world.bodies.values())
       if (b.motion == Motion::dynamic) o.lowest = std::min(o.lowest, b.pose.position.y);
-    for (const Contact& c : contacts_of(sim.world))
+    each_contact(sim.world, [&](const Contact& c) {
       if (i >= 450 && c.active) o.depth = std::max(o.depth, c.depth);
+    });
   }
   return o;
 }

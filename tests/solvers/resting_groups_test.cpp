@@ -101,8 +101,9 @@ Standing house_of_cards(int floors) {
 /// N, of all contacts of the ground.
 Real borne_by_ground(const World& w) {
   Real sum = 0;
-  for (const Contact& c : contacts_of(w))
+  each_contact(w, [&](const Contact& c) {
     if (w.bodies.values()[c.slot_b].motion == Motion::fixed) sum += c.force.y;
+  });
   return sum;
 }
 

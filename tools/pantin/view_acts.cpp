@@ -87,11 +87,11 @@ std::pair<Vec3, int> contact_of(const World& world, Entity body) {
   const std::uint32_t slot = world.bodies.slot(body);
   Vec3 force{0};
   int count = 0;
-  for (const Contact& c : contacts_of(world)) {
-    if (!c.active || (c.slot_a != slot && c.slot_b != slot)) continue;
+  each_contact(world, [&](const Contact& c) {
+    if (!c.active || (c.slot_a != slot && c.slot_b != slot)) return;
     force += c.slot_a == slot ? c.force : -c.force;
     ++count;
-  }
+  });
   return {force, count};
 }
 

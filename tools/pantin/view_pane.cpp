@@ -26,8 +26,7 @@ void set_solver(World& world, Solver solver) {
 
 double contact_forces(const World& world) {
   double sum = 0;
-  for (const Contact& c : contacts_of(world))
-    if (c.active) sum += glm::length(c.force);
+  each_contact(world, [&](const Contact& c) { sum += c.active ? glm::length(c.force) : 0; });
   return sum;
 }
 

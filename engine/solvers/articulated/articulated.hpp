@@ -27,8 +27,10 @@ void find_reaches(const World& world, Real h, std::span<Real> reach);
 bool all_asleep(const World& world);
 /// Whether this solver moves the body in a slot.
 bool is_own(const World& world, std::uint32_t slot);
-/// Assigns the detected contacts to their islands.
+/// Assigns the detected contacts to their islands; what they wake is awake.
 void take_contacts(World& world, Real h);
+/// The same once more: what wakes besides brings its contacts.
+void assign_contacts(World& world, Real h);
 
 /// Bodies and trees in contact with fixed bodies and with one another (step_group.cpp): finds which
 /// they are, after the contacts were assigned, and steps them with their contacts.

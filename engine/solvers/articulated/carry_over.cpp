@@ -115,7 +115,7 @@ void keep_unchanged(World& world, std::vector<Island>& before, std::vector<Islan
     if (was == kNoSlot || !unchanged(before[was], a)) continue;
     a = renumbered(std::move(before[was]), a);
     a.was = was;
-    if (edited) rouse(a);
+    if (edited) rouse(world, a);
   }
 }
 

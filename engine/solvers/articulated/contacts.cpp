@@ -54,28 +54,31 @@ void keep_sleeping_contacts(World& world, Island& a, Real h) {
     Contact& c = contacts_of(world)[t.contact];
     c.force = to_force * c.lambda, c.depth = std::max(Real(0), -c.gap);
   }
-  a.sweeps_used = 0, a.limited = false;
 }
 
 void find_reaches(const World& world, Real h, std::span<Real> reach) {
   PANTIN_ASSERT(reach.size() >= world.bodies.size());
-  for (const Island& a : islands_of(world)) {
-    if (a.asleep) {
-      for (const std::uint32_t slot : a.slots) reach[slot] = contact::kAtRest;
+  const Islands& all = world.memory.of<Islands>();
+  for (const RestLists::Sleeper& s : all.rest.sleepers) {
+    if (s.slot != kNoSlot) {
+      reach[s.slot] = contact::kAtRest;
       continue;
     }
+    for (const std::uint32_t slot : all.list[s.island].slots) reach[slot] = contact::kAtRest;
+  }
+  each_awake(world, [&](const Island& a) {
     PANTIN_ASSERT(a.scratch.predicted);
     const Margin margin{displacement_of_targets(a), glm::length(world.gravity) * h * h};
     for (std::size_t c = 0; c < a.count(); ++c)
       if (const Collision* collision = world.collisions.find(a.bodies[c]);
           collision && !collision->sensor)
         reach[a.slots[c]] = reach_of(world, a, c, margin);
-  }
+  });
 }
 
 bool all_asleep(const World& world) {
-  const auto& islands = islands_of(world);
-  return std::all_of(islands.begin(), islands.end(), [](const Island& a) { return a.asleep; });
+  const Islands& all = world.memory.of<Islands>();
+  return all.rest.version == partition_of(world).rest_version && all.rest.awake.empty();
 }
 
 namespace {
@@ -96,6 +99,8 @@ void take_contact(World& world, std::uint32_t contact, ContactBody which, Real h
   const bool comes = !mutual && (contact::moves(b) || b.restart || b.teleport);
   const bool runs = c.active && c.surface_velocity != Vec3(0);  // a belt under it
   if (a.asleep && (comes || runs)) wake(world, a, h);
+  if (a.asleep && a.scratch.contact_rows.empty())
+    world.memory.of<Islands>().rest.touched.push_back(at.island);
   ContactRow t;
   t.contact = contact, t.column = at.column, t.side = is_a ? 1 : -1;
   a.scratch.contact_rows.push_back(t);
@@ -103,21 +108,32 @@ void take_contact(World& world, std::uint32_t contact, ContactBody which, Real h
 
 }  // namespace
 
-void take_contacts(World& world, Real h) {
-  for (Island& a : islands_of(world)) a.scratch.contact_rows.clear();
-  std::vector<Contact>& contacts = contacts_of(world);
+void assign_contacts(World& world, Real h) {
+  RestLists& rest = rest_lists(world);
+  std::vector<Island>& list = islands_of(world);
+  for (const std::uint32_t i : rest.awake) list[i].scratch.contact_rows.clear();
+  for (const std::uint32_t i : rest.touched) list[i].scratch.contact_rows.clear();
+  rest.touched.clear();
+  const std::vector<Contact>& contacts = contacts_of(world);
   for (std::uint32_t i = 0; i < contacts.size(); ++i) {
-    Contact& c = contacts[i];
+    if (!is_own(world, contacts[i].slot_a)) continue;
+    take_contact(world, i, ContactBody::a, h);
+    if (is_own(world, contacts[i].slot_b)) take_contact(world, i, ContactBody::b, h);
+  }
+}
+
+void take_contacts(World& world, Real h) {
+  for (Contact& c : contacts_of(world)) {
     if (!is_own(world, c.slot_a)) continue;
     const Body& b = world.bodies.values()[c.slot_b];
-    const bool mutual = is_own(world, c.slot_b);
-    if (!mutual && contact::moves(b))
+    if (!is_own(world, c.slot_b) && contact::moves(b))
       c.normal = glm::normalize(from_rotation_vector(h * b.angular_velocity) * c.normal);
     c.active = glm::dot(c.lambda, c.normal) > 0;
-    take_contact(world, i, ContactBody::a, h);
-    if (mutual) take_contact(world, i, ContactBody::b, h);
   }
+  assign_contacts(world, h);
   plan_contact_groups(world, h);
+  for (const std::uint32_t i : world.memory.of<Islands>().rest.touched)
+    if (Island& a = islands_of(world)[i]; a.asleep) keep_sleeping_contacts(world, a, h);
 }
 
 }  // namespace pantin::detail::articulated

@@ -42,6 +42,19 @@ void predict_motion(World& world, Island& a, Real h);
 
 /// Sleep (sleep.cpp). Whether something wakes a sleeping island, after its targets are known.
 bool must_wake(const World& world, const Island& a);
+/// Wakes those islands that the caller, an anchor or gravity wakes.
+void wake_changed(World& world, const StepTask& task);
+/// The lists of what sleeps, brought up to date.
+RestLists& rest_lists(World& world);
+/// Calls `each(island)` for the islands that were awake in the step.
+template <class Each>
+void each_awake(const World& world, const Each& each) {
+  const Islands& all = world.memory.of<Islands>();
+  if (all.rest.version == 0)
+    for (const Island& a : all.list) each(a);
+  else
+    for (const std::uint32_t i : all.rest.awake) each(all.list[i]);
+}
 /// The prediction of an island that does not move, for contact detection.
 void predict_still(const World& world, Island& a);
 void fall_asleep(World& world, Island& a);
@@ -52,7 +65,9 @@ inline constexpr Real kTimeToSleep = 0.5;  // s
 /// rad/s of sleep speed per m/s.
 inline constexpr Real kTurning = 10;
 /// Awake, and as if it had moved just now.
-void rouse(Island& a);
+void rouse(World& world, Island& a);
+/// Where an island stands among the targets of this step: of roots and pins (predict.cpp).
+void set_targets(const World& world, Island& a, Real h);
 
 /// One group in contact over a step (step_group.cpp): bodies that are free or in trees first, then
 /// the fixed and kinematic ones. Contacts hold mean forces before and after.

@@ -344,14 +344,29 @@ struct Island : IslandStructure, IslandMemory, StepPlan, StepResult {
   }
 };
 
+/// Which islands sleep, from Island::asleep: a step goes through those that are awake.
+struct RestLists {
+  struct Sleeper {
+    std::uint32_t island = 0;
+    std::uint32_t slot = kNoSlot;  // of its one body, which nothing holds; none: there is more
+  };
+  std::vector<std::uint32_t> awake;  // islands, ascending
+  std::vector<Sleeper> sleepers;
+  std::vector<std::uint32_t> touched;  // of these, what something touches in this step
+  Vec3 gravity{0};                     // m/s^2, when they were listed
+  std::uint64_t version = 0;           // Partition::rest_version then
+};
+
 /// All islands of the articulated solver.
 struct Islands : IslandList<Island> {
   static constexpr std::string_view name = "articulated";  // in saved Worlds
+  Scratch<RestLists> rest;
   Scratch<GroupScratch> groups;
   Scratch<CrowdScratch> crowd;
 
   static void fields(auto& self, auto&& field) {
     IslandList::fields(self, field);
+    field("rest", derived(self.rest));
     field("groups", derived(self.groups));
     field("crowd", derived(self.crowd));
   }

@@ -7,9 +7,8 @@
 #include "engine/world/joint_drive.hpp"
 
 namespace pantin::detail::articulated {
-namespace {
 
-/// Targets of roots and pins, from pins and from kinematic bodies.
+/// From pins and from kinematic bodies.
 void set_targets(const World& world, Island& a, Real h) {
   a.scratch.targets.clear();
   const auto place = [&](std::uint32_t body, std::uint32_t pin, Vec3 anchor) {
@@ -40,6 +39,8 @@ void set_targets(const World& world, Island& a, Real h) {
   }
   a.has_targets = true;
 }
+
+namespace {
 
 /// Bodies changed by the caller: resets state that is no longer valid.
 void notice_changes(World& world, Island& a, Real h) {
@@ -118,11 +119,7 @@ void update(World& world, Island& a, Real h) {
     a.finite = false;
     return predict_still(world, a);
   }
-  if (a.asleep) {
-    set_targets(world, a, h);
-    if (!must_wake(world, a)) return predict_still(world, a);
-    rouse(a);
-  }
+  if (a.asleep) return predict_still(world, a);
   if (!world.forces.empty() && a.scratch.forces.numbers().empty())
     a.scratch.forces.resize(6, a.count());
   set_targets(world, a, h);

@@ -12,24 +12,26 @@ namespace {
 
 void predict(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
-  for_each_island(all.size(), task, [&](std::size_t i) { update(world, all[i], task.h); });
+  const std::vector<std::uint32_t>& awake = rest_lists(world).awake;
+  for_each_island(awake.size(), task, [&](std::size_t i) { update(world, all[awake[i]], task.h); });
 }
 
 /// Islands compiled within a step are predicted from their present state.
 void catch_up(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
-  for (std::size_t i = 0; i < all.size(); ++i)
+  for (const std::uint32_t i : rest_lists(world).awake)
     if (!all[i].scratch.predicted) update(world, all[i], task.h);
 }
 
 void adjust_all(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
+  const std::vector<std::uint32_t>& awake = rest_lists(world).awake;
   step_crowds(world, task);
-  for_each_island(all.size(), task, [&](std::size_t i) {
-    Island& a = all[i];
+  for_each_island(awake.size(), task, [&](std::size_t i) {
+    Island& a = all[awake[i]];
     if (a.in_crowd) return;
     forget_result(a);
-    if (!a.in_group || a.asleep) adjust(world, a, task.h, a.lost);
+    if (!a.in_group) adjust(world, a, task.h, a.lost);
   });
   step_contact_groups(world, task);
 }
@@ -105,28 +107,32 @@ void measure(const World& world, Measures& m) {
 void note_failure(const World& world, StepReport& report) {
   int limited = 0, jammed = 0;
   Real most = 0;
-  for (const Island& a : islands_of(world)) {
+  each_awake(world, [&](const Island& a) {
     limited += a.energy_removed > 0, report.energy_removed += a.energy_removed;
     if (a.energy_removed > most) most = a.energy_removed, report.limited_at = a.bodies.front();
     if (a.jammed && jammed++ == 0) report.unsolved_at = a.bodies.front();
     if (a.grew && report.status == Status::ok)
       report.status = Status::energy_grew, report.body = a.bodies.back();
-    if (!a.lost || report.status == Status::diverged) continue;
+    if (!a.lost || report.status == Status::diverged) return;
     Measures gaps;
     measure(world, gaps);
     report.status = Status::diverged, report.body = a.lost, report.residual = gaps.worst_gap;
-  }
+  });
   report.limited = std::max(report.limited, limited);
   report.unsolved = std::max(report.unsolved, jammed);
 }
 
 void report(const World& world, StepReport& report) {
-  for (const Island& a : islands_of(world)) {
+  const auto add = [&](const Island& a) {
     report.sweeps_used = std::max(report.sweeps_used, a.sweeps_used);
-    report.asleep += a.asleep;
     report.stops_hit += a.stops_hit, report.drives_capped += a.drives_capped;
     report_holds(world, a, report);
-  }
+  };
+  each_awake(world, [&](const Island& a) { report.asleep += a.asleep, add(a); });
+  const RestLists& rest = world.memory.of<Islands>().rest;
+  report.asleep += static_cast<int>(rest.sleepers.size());
+  for (const RestLists::Sleeper& s : rest.sleepers)
+    if (s.slot == kNoSlot) add(islands_of(world)[s.island]);
 }
 
 }  // namespace
@@ -135,6 +141,7 @@ const SolverRow kRow{.name = "articulated",
                      .feels_contacts = true,
                      .compile = compile,
                      .prepare = prepare,
+                     .wake_changed = wake_changed,
                      .predict = predict,
                      .catch_up = catch_up,
                      .fault = fault,

@@ -3,6 +3,7 @@
 
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
+#include "engine/solvers/solver.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
@@ -14,6 +15,13 @@ constexpr Real kRestDriftTime = 2.5, kRestDriftOfSize = 3e-3, kSwayFactor = 16;
 /// s: what stays for so long rests. Creep shows as motion only after that time.
 constexpr Real kTimeToRest = 1;
 
+/// Whether a body that slept was changed.
+bool is_disturbed(const Body& b) {
+  return b.restart || b.teleport || b.velocity != Vec3(0) || b.angular_velocity != Vec3(0);
+}
+
+void note_rest(World& world) { ++world.memory.of<Partition>().rest_version; }
+
 }  // namespace
 
 bool must_wake(const World& world, const Island& a) {
@@ -22,25 +30,75 @@ bool must_wake(const World& world, const Island& a) {
     if (t.target != t.target_before) return true;
   for (const PackedPin& h : a.pins)
     if (h.target != h.target_before) return true;
-  for (const std::uint32_t slot : a.slots) {
-    const Body& b = world.bodies.values()[slot];
-    if (b.restart || b.teleport || b.velocity != Vec3(0) || b.angular_velocity != Vec3(0))
-      return true;
-  }
-  for (std::size_t c = 0; !world.forces.empty() && c < a.count(); ++c) {
-    const Force* f = world.forces.find(a.bodies[c]);
-    if (f && (f->force != Vec3(0) || f->torque != Vec3(0))) return true;
-  }
-  return false;
+  return std::any_of(a.slots.begin(), a.slots.end(),
+                     [&](std::uint32_t slot) { return is_disturbed(world.bodies.values()[slot]); });
 }
 
-void rouse(Island& a) {
+namespace {
+
+/// What sleeps, whether or not it is alone, and is pushed.
+void wake_pushed(World& world) {
+  const Partition& partition = partition_of(world);
+  for (std::size_t i = 0; i < world.forces.size(); ++i) {
+    const Force& f = world.forces.values()[i];
+    if (f.force == Vec3(0) && f.torque == Vec3(0)) continue;
+    const std::uint32_t slot = world.bodies.slot(world.forces.owners()[i]);
+    if (slot == kNoSlot || !is_own(world, slot)) continue;
+    Island& a = islands_of(world)[owner_of(partition, slot).island];
+    if (a.asleep) rouse(world, a);
+  }
+}
+
+}  // namespace
+
+RestLists& rest_lists(World& world) {
+  Islands& all = world.memory.of<Islands>();
+  RestLists& r = all.rest;
+  const std::uint64_t version = partition_of(world).rest_version;
+  if (r.version == version) return r;
+  r.version = version, r.gravity = world.gravity;
+  r.awake.clear(), r.sleepers.clear(), r.touched.clear();
+  for (std::uint32_t i = 0; i < all.list.size(); ++i) {
+    Island& a = all.list[i];
+    if (!a.asleep) {
+      r.awake.push_back(i);
+      continue;
+    }
+    const bool is_alone = a.count() == 1 && a.parents[0] == kFree && !is_tied(a) && !a.unfit;
+    r.sleepers.push_back({i, is_alone ? a.slots[0] : kNoSlot});
+    a.in_group = false, a.scratch.contact_rows.clear();
+    if (a.asleep_gravity != world.gravity) r.gravity = a.asleep_gravity;
+  }
+  return r;
+}
+
+void wake_changed(World& world, const StepTask& task) {
+  RestLists& r = rest_lists(world);
+  const bool is_still = world.gravity == r.gravity;
+  for (const RestLists::Sleeper& s : r.sleepers) {
+    if (s.slot != kNoSlot && is_still) {
+      if (!is_disturbed(world.bodies.values()[s.slot])) continue;
+    } else {
+      Island& a = islands_of(world)[s.island];
+      set_targets(world, a, task.h);
+      if (!a.unfit && !find_unsound(world, a) && !must_wake(world, a)) continue;
+    }
+    rouse(world, islands_of(world)[s.island]);
+  }
+  if (!world.forces.empty() && !r.sleepers.empty()) wake_pushed(world);
+  rest_lists(world);
+}
+
+void rouse(World& world, Island& a) {
   a.asleep = a.rested = false;
   a.quiet_time = a.rest_time = 0;
+  note_rest(world);
 }
 
 void wake(World& world, Island& a, Real h) {
-  rouse(a);
+  rouse(world, a);
+  std::vector<std::uint32_t>& awake = world.memory.of<Partition>().awake;
+  awake.insert(awake.end(), a.slots.begin(), a.slots.begin() + std::ptrdiff_t(a.count()));
   update(world, a, h);
 }
 
@@ -83,6 +141,8 @@ void fall_asleep(World& world, Island& a) {
   PANTIN_ASSERT(!a.asleep);
   a.asleep = true;
   a.asleep_gravity = world.gravity;
+  a.sweeps_used = 0, a.limited = false;
+  note_rest(world);
   for (std::uint32_t c = 0; c < a.count(); ++c) {
     Body& b = world.bodies.values()[a.slots[c]];
     b.velocity = b.angular_velocity = Vec3(0);

@@ -97,11 +97,7 @@ bool close_by_sweeps(World& world, Island& a, Real h, Entity& lost) {
 }
 
 bool adjust(World& world, Island& a, Real h, Entity& lost) {
-  PANTIN_ASSERT(a.scratch.predicted && (!a.in_group || a.asleep));
-  if (a.asleep) {
-    keep_sleeping_contacts(world, a, h);
-    return true;
-  }
+  PANTIN_ASSERT(a.scratch.predicted && !a.in_group && !a.asleep);
   if (a.conserves && a.finite) return step_conserving(world, a, h, lost);
   if (a.swept_steps > 0) --a.swept_steps;
   return close_by_sweeps(world, a, h, lost);

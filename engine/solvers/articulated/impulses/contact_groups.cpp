@@ -5,6 +5,7 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/contact/detect.hpp"
+#include "engine/contact/resting.hpp"
 #include "engine/geometry/kinds.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/impulses/group_points.hpp"
@@ -30,37 +31,70 @@ bool can_join(const Island& a) {
 
 }  // namespace
 
+namespace {
+
+bool is_mutual(const World& world, const Contact& c) {
+  return is_own(world, c.slot_a) && is_own(world, c.slot_b);
+}
+
+/// Joins the islands of those contacts.
+void join_touching(const World& world, std::span<const Contact> contacts, DisjointSets& sets) {
+  const Partition& partition = partition_of(world);
+  for (const Contact& c : contacts)
+    if (is_mutual(world, c))
+      sets.join(owner_of(partition, c.slot_a).island, owner_of(partition, c.slot_b).island);
+}
+
+/// The groups of the islands that are awake, and of sleeping ones that something touches, and what
+/// they hold. Whether one of the latter has to wake.
+bool list_groups(const World& world, GroupScratch& r) {
+  const Islands& all = world.memory.of<Islands>();
+  r.flags.assign(all.list.size(), 0);
+  for (const std::vector<std::uint32_t>* list : {&all.rest.awake, &all.rest.touched})
+    for (const std::uint32_t i : *list) {
+      const Island& a = all.list[i];
+      r.group_of[i] = r.sets.root(i);
+      if (!can_join(a)) r.flags[r.group_of[i]] |= kOtherMethod;
+      if (!a.asleep) r.flags[r.group_of[i]] |= kAwake;
+    }
+  const auto wakes = [&](std::uint32_t i) { return all.list[i].asleep && r.flags[r.group_of[i]]; };
+  return std::any_of(all.rest.touched.begin(), all.rest.touched.end(), wakes);
+}
+
+/// Wakes all that touches somebody awake, and what that touches; their contacts count again.
+void wake_groups(World& world, GroupScratch& r, Real h) {
+  Islands& all = world.memory.of<Islands>();
+  rest_lists(world);
+  join_touching(world, resting_contacts_of(world), r.sets);
+  list_groups(world, r);
+  for (const RestLists::Sleeper& s : all.rest.sleepers)
+    if (r.flags[r.sets.root(s.island)] != 0) wake(world, all.list[s.island], h);
+  const Partition& partition = partition_of(world);
+  contact::release_resting(world.memory.of<contact::Memory>(), [&](const Contact& c) {
+    return !all.list[owner_of(partition, c.slot_a).island].asleep;
+  });
+  std::vector<std::uint32_t>& awake = world.memory.of<Partition>().awake;
+  std::sort(awake.begin(), awake.end());
+  assign_contacts(world, h);
+  list_groups(world, r);
+}
+
+}  // namespace
+
 void plan_contact_groups(World& world, Real h) {
   Islands& all = world.memory.of<Islands>();
   GroupScratch& r = all.groups;
-  std::vector<Contact>& contacts = contacts_of(world);
-  const Partition& partition = partition_of(world);
   r.sets.reset(all.list.size()), r.group_of.resize(all.list.size());
-  r.flags.assign(all.list.size(), 0);
-  const auto island_at = [&](std::uint32_t slot) { return owner_of(partition, slot).island; };
-  for (const Contact& c : contacts) {
-    if (!is_own(world, c.slot_a) || !is_own(world, c.slot_b)) continue;
-    PANTIN_ASSERT(island_at(c.slot_a) < all.list.size() && island_at(c.slot_b) < all.list.size());
-    r.sets.join(island_at(c.slot_a), island_at(c.slot_b));
-  }
-  for (std::uint32_t i = 0; i < all.list.size(); ++i) {
+  join_touching(world, contacts_of(world), r.sets);
+  const bool woke = all.rest.version != partition_of(world).rest_version;
+  if (list_groups(world, r) || woke) wake_groups(world, r, h);
+  std::vector<Contact>& contacts = contacts_of(world);
+  for (const std::uint32_t i : all.rest.awake) {
     Island& a = all.list[i];
-    a.in_group = false;
-    const std::uint32_t group = r.sets.root(i);
-    r.group_of[i] = group;
-    if (!can_join(a)) r.flags[group] |= kOtherMethod;
-    if (!a.asleep) r.flags[group] |= kAwake;
-  }
-  for (std::uint32_t i = 0; i < all.list.size(); ++i) {
-    Island& a = all.list[i];
-    const std::uint32_t group = r.group_of[i];
-    const bool joins = (r.flags[group] & kOtherMethod) == 0;
-    // Who touches somebody awake is awake.
-    if (a.asleep && ((r.flags[group] & kAwake) != 0 || !joins)) wake(world, a, h);
+    const bool joins = (r.flags[r.group_of[i]] & kOtherMethod) == 0;
     for (const ContactRow& row : a.scratch.contact_rows)
       if (!joins) contacts[row.contact].rest = 0;
-    if (!joins || a.scratch.contact_rows.empty()) continue;
-    a.in_group = true;
+    a.in_group = joins && !a.scratch.contact_rows.empty();
   }
 }
 

@@ -1,0 +1,69 @@
+#include "engine/contact/resting.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+namespace pantin::detail::contact {
+namespace {
+
+/// Whether each body that no solver moves rests, or moves, as it did the last time.
+bool note_obstacles(const WayFinder& s, DetectScratch& scratch) {
+  const std::vector<std::uint32_t>& slots = s.partition.kinematic;
+  bool same = scratch.still.size() == slots.size();
+  scratch.still.resize(slots.size());
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    const std::uint8_t still = s.rests(slots[i]);
+    same = same && scratch.still[i] == still;
+    scratch.still[i] = still;
+  }
+  return same;
+}
+
+}  // namespace
+
+void sum_up_resting(Memory& memory) {
+  DetectScratch& scratch = memory.scratch;
+  scratch.resting_active = 0, scratch.resting_depth = 0;
+  for (const Contact& c : memory.resting) {
+    scratch.resting_active += c.active;
+    scratch.resting_depth = std::max(scratch.resting_depth, c.depth);
+  }
+}
+
+void part_resting(const WayFinder& s, Memory& memory) {
+  DetectScratch& scratch = memory.scratch;
+  const bool same = note_obstacles(s, scratch);
+  const bool is_step = s.h > 0;  // otherwise a caller says what rests
+  if (same && is_step && s.keeps && scratch.rest_version == s.partition.rest_version) return;
+  scratch.rest_version = s.keeps ? s.partition.rest_version : 0;
+  const auto rests = [&](const Contact& c) {
+    return s.keeps && s.is_moved(c.slot_a) && s.rests(c.slot_a) && s.rests(c.slot_b);
+  };
+  for (Contact& c : scratch.before)
+    if (is_step && rests(c)) {
+      c.active = glm::dot(c.lambda, c.normal) > 0;
+      c.force = c.lambda / (s.h * s.h), c.depth = std::max(Real(0), -c.gap);
+    }
+  scratch.all.clear();
+  std::merge(scratch.before.begin(), scratch.before.end(), memory.resting.begin(),
+             memory.resting.end(), std::back_inserter(scratch.all), are_ordered);
+  scratch.before.clear(), memory.resting.clear();
+  for (const Contact& c : scratch.all) (rests(c) ? memory.resting : scratch.before).push_back(c);
+  sum_up_resting(memory);
+}
+
+bool note_collisions(World& world) {
+  std::vector<CollisionFilter>& before = world.memory.of<Memory>().scratch.filters;
+  const auto collisions = world.collisions.values();
+  bool same = before.size() == collisions.size();
+  before.resize(collisions.size());
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const Collision& c = collisions[i];
+    const CollisionFilter now{c.groups, c.with, c.sensor};
+    same = same && before[i] == now;
+    before[i] = now;
+  }
+  return !same;
+}
+
+}  // namespace pantin::detail::contact

@@ -1,0 +1,187 @@
+// What sleeps is left out of a step: that must change nothing but the time that a step takes.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <string>
+#include <tuple>
+
+#include "engine/contact/memory.hpp"
+#include "engine/pantin/contacts.hpp"
+#include "engine/runtime/save.hpp"
+#include "engine/runtime/simulation.hpp"
+#include "tests/solvers/solids.hpp"
+
+using namespace pantin;
+using namespace pantin::detail;
+using namespace pantin::test;
+
+namespace {
+
+constexpr int kHigh = 3;
+
+/// Stacks of boxes in a row, 2 m apart, and a ball that waits beside the first.
+struct Stacks {
+  World world;
+  std::vector<std::vector<Entity>> boxes;
+  Entity ball;
+};
+
+Stacks stacks(int count) {
+  Stacks s;
+  add_ground(s.world);
+  Collision solid;
+  solid.others = true;
+  s.boxes.resize(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i)
+    for (int k = 0; k < kHigh; ++k)
+      s.boxes[static_cast<std::size_t>(i)].push_back(
+          add_solid(s.world, box_shape(Vec3(0.2, 0.1, 0.2)),
+                    {{2.0 * i, 0.1 + 0.2 * k, 0}, kIdentity}, Motion::dynamic, solid));
+  s.ball = add_solid(s.world, ball_shape(0.1), {{-1, 0.1, 0}, kIdentity}, Motion::dynamic, solid);
+  return s;
+}
+
+/// Steps until all sleep, and once more.
+Simulation at_rest(const World& world, bool watch = true) {
+  Simulation sim = Simulation::copy_of(world, {.watch = watch});
+  const int all = static_cast<int>(world.bodies.size()) - 1;
+  for (int i = 0; i < 600 && sim.step().asleep < all; ++i) {
+  }
+  REQUIRE(sim.step().asleep == all);
+  return sim;
+}
+
+int awake(const Simulation& sim, const std::vector<Entity>& bodies) {
+  return static_cast<int>(std::count_if(bodies.begin(), bodies.end(),
+                                        [&](Entity e) { return !is_asleep(sim.world, e); }));
+}
+
+void send(World& world, Entity body, Vec3 velocity) {
+  world.bodies[body].velocity = velocity, world.bodies[body].restart = true;
+}
+
+}  // namespace
+
+TEST_CASE("contacts of what sleeps lie apart, in order, and bear the weight") {
+  const Stacks s = stacks(3);
+  Simulation sim = at_rest(s.world);
+  const StepReport report = sim.step();
+  CHECK(contacts_of(sim.world).empty());
+  CHECK(resting_contacts_of(sim.world).size() >= 3 * kHigh * 3);
+  Vec3 on_ground(0);
+  Real mass = 0;
+  int active = 0;
+  std::tuple<std::uint32_t, std::uint32_t, std::uint64_t> last{};
+  each_contact(sim.world, [&](const Contact& c) {
+    const std::tuple now{c.slot_a, c.slot_b, c.key};
+    CHECK(last < now);
+    last = now, active += c.active;
+    if (c.slot_b == 0) on_ground += c.force;
+  });
+  for (const Body& b : sim.world.bodies.values()) mass += b.motion == Motion::dynamic ? b.mass : 0;
+  CHECK(on_ground.y == Approx(9.81 * mass).epsilon(1e-3));
+  CHECK(report.contacts == active);
+  CHECK(partition_of(sim.world).awake.empty());
+}
+
+TEST_CASE("what is struck wakes with all that it touches, and nothing else does") {
+  const Stacks s = stacks(4);
+  Simulation sim = at_rest(s.world);
+  send(sim.world, s.ball, {4, 0, 0});
+  bool struck = false;
+  for (int i = 0; i < 60 && !struck; ++i) sim.step(), struck = awake(sim, s.boxes[0]) > 0;
+  REQUIRE(struck);
+  CHECK(awake(sim, s.boxes[0]) == kHigh);
+  CHECK(awake(sim, s.boxes[1]) + awake(sim, s.boxes[2]) + awake(sim, s.boxes[3]) == 0);
+  CHECK(std::is_sorted(partition_of(sim.world).awake.begin(), partition_of(sim.world).awake.end()));
+  CHECK(sim.findings().empty());
+  // Its contacts count again.
+  const auto& contacts = contacts_of(sim.world);
+  const std::uint32_t top = sim.world.bodies.slot(s.boxes[0].back());
+  CHECK(std::any_of(contacts.begin(), contacts.end(),
+                    [&](const Contact& c) { return c.slot_a == top || c.slot_b == top; }));
+}
+
+TEST_CASE("each step goes on as after saving and reading") {
+  const Stacks s = stacks(3);
+  Simulation sim = at_rest(s.world);
+  send(sim.world, s.ball, {4, 0, 0.2});
+  const std::string path =
+      (std::filesystem::temp_directory_path() / "pantin_sleepers_test.world").string();
+  for (int i = 0; i < 100; ++i) {
+    REQUIRE(save_world(sim.world, path));
+    Simulation read = Simulation::copy_of(load_world(path).value());
+    sim.step(), read.step();
+    REQUIRE(state_hash(read.world) == state_hash(sim.world));
+  }
+  std::filesystem::remove(path);
+  CHECK(awake(sim, s.boxes[0]) > 0);
+}
+
+TEST_CASE("whatever is changed about a sleeping body wakes its stack alone") {
+  const Stacks s = stacks(3);
+  const Simulation rest = at_rest(s.world);
+  const Entity top = s.boxes[1].back();
+  const auto woken_by = [&](const auto& change) {
+    Simulation sim = Simulation::copy_of(rest.world);
+    sim.step(), change(sim.world), sim.step();
+    CHECK(awake(sim, s.boxes[0]) + awake(sim, s.boxes[2]) == 0);
+    return awake(sim, s.boxes[1]);
+  };
+  CHECK(woken_by([&](World&) {}) == 0);
+  CHECK(woken_by([&](World& w) { w.bodies[top].velocity.x = 0.1; }) == kHigh);
+  CHECK(woken_by([&](World& w) { w.bodies[top].angular_velocity.y = 1; }) == kHigh);
+  CHECK(woken_by([&](World& w) { w.bodies[top].restart = true; }) == kHigh);
+  CHECK(woken_by([&](World& w) { w.push(top, {1, 0, 0}, w.bodies[top].pose.position); }) == kHigh);
+  CHECK(woken_by([&](World& w) {
+          w.bodies[top].restart = true;
+          w.collisions[s.boxes[1][1]].groups = 0;
+        }) >= 2);
+}
+
+TEST_CASE("gravity that changes wakes everybody") {
+  const Stacks s = stacks(2);
+  Simulation sim = at_rest(s.world);
+  sim.world.gravity = {0.5, -9.81, 0};
+  sim.step();
+  CHECK(partition_of(sim.world).awake.size() == 2 * kHigh + 1);
+  sim.world.gravity = {0, -9.81, 0};
+  CHECK(sim.step().asleep == 0);
+}
+
+TEST_CASE("contact events of what sleeps persist") {
+  const Stacks s = stacks(2);
+  Simulation sim = at_rest(s.world);
+  ContactEvents events(sim.world);
+  events.update(sim.world);
+  const std::size_t count = events.update(sim.world).size();
+  CHECK(count == 2 * kHigh + 1);
+  for (int i = 0; i < 3; ++i) {
+    sim.step();
+    const auto now = events.update(sim.world);
+    CHECK(now.size() == count);
+    for (const ContactEvent& e : now) CHECK(e.phase == ContactPhase::persist);
+  }
+}
+
+TEST_CASE("a platform that starts to move wakes what sleeps on it") {
+  Stacks s = stacks(2);
+  Collision solid;
+  solid.others = true;
+  const Entity lift = add_solid(s.world, box_shape(Vec3(0.5, 0.05, 0.5)), {{-3, 0.5, 0}, kIdentity},
+                                Motion::kinematic, solid);
+  const Entity rider =
+      add_solid(s.world, box_shape(Vec3(0.1)), {{-3, 0.65, 0}, kIdentity}, Motion::dynamic, solid);
+  Simulation sim = Simulation::copy_of(s.world);
+  for (int i = 0; i < 400; ++i) sim.step();
+  REQUIRE(is_asleep(sim.world, rider));
+  for (int i = 0; i < 30; ++i) {
+    Body& b = sim.world.bodies[lift];
+    b.velocity = {0, 0.3, 0}, b.pose.position.y += 0.3 / 60;
+    sim.step();
+  }
+  CHECK(!is_asleep(sim.world, rider));
+  CHECK(sim.world.bodies[rider].pose.position.y == Approx(0.65 + 0.15).margin(0.01));
+  CHECK(awake(sim, s.boxes[0]) == 0);
+  CHECK(sim.findings().empty());
+}
