@@ -16,8 +16,10 @@ constexpr std::size_t kFewChanges = 32, kPart = 4;
 /// m: what is farther away, or larger, is lost; squares of its numbers would not be finite.
 constexpr Real kFarthest = 1e12;
 
+/// Changes where what rests has to be listed anew.
 std::uint64_t versions_of(const World& world) {
-  return 1 + world.structure() + world.shapes.version();
+  return 1 + world.edit_count + world.bodies.removed() + world.shapes.removed() +
+         world.shapes.replaced() + world.collisions.removed() + world.collisions.replaced();
 }
 
 bool is_same(const Pose& a, const Pose& b) {
@@ -53,6 +55,7 @@ void list_resting(const Finder& s, RestingColliders& r) {
   r.known.assign(bodies, 0), r.poses.resize(bodies);
   r.obstacles.clear();
   r.built_for = versions_of(s.world), r.count = r.lost = 0;
+  r.collisions = s.world.collisions.size(), r.shapes = s.world.shapes.size();
   for (std::uint32_t slot = 0; slot < bodies; ++slot) {
     if (!s.rests(slot)) continue;
     const Collision* collision = nullptr;
@@ -64,6 +67,19 @@ void list_resting(const Finder& s, RestingColliders& r) {
                [&](const ColliderShape& at) { add_obstacle(r.obstacles, at, 0); });
   }
   r.obstacles.tree.build(r.obstacles.boxes);
+}
+
+/// Bodies that were added since, or got shapes, or became solid, are unknown.
+void note_added(const World& world, RestingColliders& r) {
+  r.known.resize(world.bodies.size(), 0), r.poses.resize(world.bodies.size());
+  const auto forget = [&](const auto& store, std::size_t& listed) {
+    for (; listed < store.size(); ++listed) {
+      const std::uint32_t slot = world.bodies.slot(store.owners()[listed]);
+      if (slot == kNoSlot || !r.known[slot]) continue;
+      r.known[slot] = 0, ++r.lost;
+    }
+  };
+  forget(world.collisions, r.collisions), forget(world.shapes, r.shapes);
 }
 
 void list_body(const Finder& s, Search& search, std::uint32_t slot) {
@@ -137,8 +153,10 @@ bool Finder::rests(std::uint32_t slot) const {
 
 void list_colliders(const Finder& s, Search& search) {
   RestingColliders& r = search.resting;
-  if (r.built_for != versions_of(s.world) || r.known.size() != s.world.bodies.size())
+  if (r.built_for != versions_of(s.world))
     list_resting(s, r);
+  else
+    note_added(s.world, r);
   const std::size_t unknown = list_others(s, search);
   const std::size_t changes = kFewChanges + r.count / kPart;
   if (unknown > changes || r.lost > changes) {

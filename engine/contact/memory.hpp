@@ -40,12 +40,13 @@ struct DetectScratch {
   std::vector<Pose> ends;    // poses of kinematic bodies at the end of the step
   std::vector<StartPose> starts;
   std::vector<std::uint8_t> has_fallen;  // by body slot: weight has acted on its velocity
-  std::vector<Contact> before, all;
+  std::vector<Contact> before, woken, fallen;
   std::uint64_t rest_version = 0;        // Partition::rest_version when those at rest were parted
   std::vector<std::uint8_t> still;       // as Partition::kinematic: whether it rested then
   std::vector<CollisionFilter> filters;  // by slot in World::collisions, as they were then
   int resting_active = 0;                // of Memory::resting
   Real resting_depth = 0;                // m, the deepest of them
+  std::uint64_t kept_for = UINT64_MAX;   // shapes that were replaced then; unknown
   bool stale = false;                    // bodies were renumbered: contacts are detected again
   Search search;
 };

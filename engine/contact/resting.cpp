@@ -1,7 +1,8 @@
 #include "engine/contact/resting.hpp"
 
 #include <algorithm>
-#include <iterator>
+
+#include "engine/base/invariants.hpp"
 
 namespace pantin::detail::contact {
 namespace {
@@ -30,6 +31,19 @@ void sum_up_resting(Memory& memory) {
   }
 }
 
+void merge_into(std::vector<Contact>& to, const std::vector<Contact>& from) {
+  std::size_t left = to.size(), add = from.size();
+  to.resize(left + add);
+  while (add > 0) {
+    Contact& place = to[left + add - 1];
+    if (left > 0 && are_ordered(from[add - 1], to[left - 1]))
+      place = to[--left];
+    else
+      place = from[--add];
+  }
+  PANTIN_ASSERT(std::is_sorted(to.begin(), to.end(), are_ordered));
+}
+
 void part_resting(const WayFinder& s, Memory& memory) {
   DetectScratch& scratch = memory.scratch;
   const bool same = note_obstacles(s, scratch);
@@ -39,16 +53,15 @@ void part_resting(const WayFinder& s, Memory& memory) {
   const auto rests = [&](const Contact& c) {
     return s.keeps && s.is_moved(c.slot_a) && s.rests(c.slot_a) && s.rests(c.slot_b);
   };
-  for (Contact& c : scratch.before)
-    if (is_step && rests(c)) {
-      c.active = glm::dot(c.lambda, c.normal) > 0;
-      c.force = c.lambda / (s.h * s.h), c.depth = std::max(Real(0), -c.gap);
-    }
-  scratch.all.clear();
-  std::merge(scratch.before.begin(), scratch.before.end(), memory.resting.begin(),
-             memory.resting.end(), std::back_inserter(scratch.all), are_ordered);
-  scratch.before.clear(), memory.resting.clear();
-  for (const Contact& c : scratch.all) (rests(c) ? memory.resting : scratch.before).push_back(c);
+  const auto wakes = [&](const Contact& c) { return !rests(c); };
+  move_those(memory.resting, scratch.woken, wakes);
+  move_those(scratch.before, scratch.fallen, rests);
+  for (Contact& c : scratch.fallen) {
+    if (!is_step) break;
+    c.active = glm::dot(c.lambda, c.normal) > 0;
+    c.force = c.lambda / (s.h * s.h), c.depth = std::max(Real(0), -c.gap);
+  }
+  merge_into(scratch.before, scratch.woken), merge_into(memory.resting, scratch.fallen);
   sum_up_resting(memory);
 }
 

@@ -71,7 +71,8 @@ struct RestingColliders {
   std::vector<std::uint8_t> known;  // by slot: is here, or has nothing to collide
   std::vector<Pose> poses;          // by slot, of those
   Obstacles obstacles;
-  std::uint64_t built_for = 0;  // versions of the components
+  std::uint64_t built_for = 0;             // versions of the components
+  std::size_t collisions = 0, shapes = 0;  // components that were looked at
   std::size_t count = 0, lost = 0;
 };
 

@@ -112,7 +112,8 @@ bool detect_contacts(World& world, const StepTask& task) {
   const auto collisions = world.collisions.values();
   // While everything sleeps and neither a kinematic body nor a belt moves, the contacts stay as
   // they are.
-  const bool is_parted = scratch.rest_version == partition_of(world).rest_version;
+  const bool is_parted = scratch.rest_version == partition_of(world).rest_version &&
+                         scratch.kept_for == world.shapes.replaced();
   if (!(contacts.empty() && resting_contacts_of(world).empty()) && !scratch.stale && is_parted &&
       std::all_of(kSolvers.begin(), kSolvers.end(), asleep) &&
       std::none_of(kinematic.begin(), kinematic.end(), comes) &&

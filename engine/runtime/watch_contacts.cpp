@@ -79,7 +79,7 @@ bool collide(const World& world, std::uint32_t a, std::uint32_t b) {
 void ContactWatch::compile(const World& world) {
   const std::size_t count = world.bodies.size();
   solids_.clear(), unbounded_.clear();
-  first_.assign(count + 1, 0), rest_version_ = 0;
+  first_.assign(count + 1, 0), rest_version_ = placed_for_ = 0;
   thickness_.assign(count, 0), shallow_.assign(count, 0), rests_for_.assign(count, 0),
       depth_.assign(count, 0), overlaps_.assign(count, {0, 0, -kToComeOut});
   before_.assign(count, {});
@@ -145,17 +145,27 @@ bool ContactWatch::is_fast(const World& world, const Solid& s) const {
   return glm::dot(way, way) > 0.25 * s.half_thickness * s.half_thickness;
 }
 
+void ContactWatch::place_box(const World& world, std::size_t i) {
+  const Solid& s = solids_[i];
+  const Body& b = world.bodies.values()[s.slot];
+  const Shape* shape = find_shape(world, s.slot, s.shape);
+  if (!shape || !is_usable(*shape) || !is_finite(b.pose) || is_unbounded(shape->kind)) {
+    boxes_[i] = {Vec3(1e300), Vec3(1e300)};
+    return;
+  }
+  boxes_[i] = bounds_of(*shape, compose(b.pose, shape->local));
+  boxes_[i].add(bounds_of(*shape, compose(before_[s.slot].pose, shape->local)));
+}
+
+/// Those of what sleeps stay where they are.
 void ContactWatch::place_boxes(const World& world) {
-  for (std::size_t i = 0; i < solids_.size(); ++i) {
-    const Solid& s = solids_[i];
-    const Body& b = world.bodies.values()[s.slot];
-    const Shape* shape = find_shape(world, s.slot, s.shape);
-    if (!shape || !is_usable(*shape) || !is_finite(b.pose) || is_unbounded(shape->kind)) {
-      boxes_[i] = {Vec3(1e300), Vec3(1e300)};
-      continue;
-    }
-    boxes_[i] = bounds_of(*shape, compose(b.pose, shape->local));
-    boxes_[i].add(bounds_of(*shape, compose(before_[s.slot].pose, shape->local)));
+  const Partition& partition = partition_of(world);
+  if (std::exchange(placed_for_, rest_version_) != rest_version_) {
+    for (std::size_t i = 0; i < solids_.size(); ++i) place_box(world, i);
+  } else {
+    for (const auto* slots : {&partition.kinematic, &partition.awake})
+      for (const std::uint32_t slot : *slots)
+        for (std::uint32_t i = first_[slot]; i < first_[slot + 1]; ++i) place_box(world, i);
   }
   contact::update_tree(tree_, boxes_);
 }

@@ -47,12 +47,14 @@ class ContactWatch {
   void note(const World& world, std::uint32_t slot);
   bool may_meet(const World& world, std::uint32_t a, std::uint32_t b) const;
   bool is_fast(const World& world, const Solid& s) const;
+  void place_box(const World& world, std::size_t solid);
   void place_boxes(const World& world);
   std::optional<Real> passage(const World& world, const Solid& a, const Solid& b, Real h) const;
 
-  std::vector<Solid> solids_;                          // by body
-  std::vector<std::uint32_t> first_;                   // of these, by slot; one more at the end
-  std::uint64_t rest_version_ = 0;                     // Partition::rest_version at note_start()
+  std::vector<Solid> solids_;         // by body
+  std::vector<std::uint32_t> first_;  // of these, by slot; one more at the end
+  // Partition::rest_version at note_start(), and at that when all boxes were placed.
+  std::uint64_t rest_version_ = 0, placed_for_ = 0;
   std::vector<std::uint32_t> unbounded_;               // of them
   std::vector<Before> before_;                         // by slot
   std::vector<Real> thickness_, shallow_, rests_for_;  // by slot: m, of the thinnest shape; m; s

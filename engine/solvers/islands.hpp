@@ -11,7 +11,7 @@ namespace pantin::detail {
 template <class Island>
 struct IslandList {
   struct ListScratch {
-    bool prepared = false;  // every island has its scratch memory
+    std::size_t prepared = 0;  // so many islands have their scratch memory; a copy has none
   };
 
   std::vector<Island> list;

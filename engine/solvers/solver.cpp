@@ -60,6 +60,8 @@ bool is_solid(const World& world, Entity e) {
 /// rests on it.
 void renumber_contacts(World& world) {
   contact::Memory& memory = world.memory.of<contact::Memory>();
+  memory.scratch.stale = true;
+  if (!world.bodies.has_moved() && !world.collisions.has_moved()) return;
   const auto is_there = [&](std::uint32_t slot) { return slot < world.bodies.size(); };
   const auto stays = [&](std::uint32_t slot) {
     return is_there(slot) && is_solid(world, world.bodies.owners()[slot]);
@@ -76,7 +78,6 @@ void renumber_contacts(World& world) {
     return true;
   };
   std::erase_if(memory.contacts, is_gone), std::erase_if(memory.resting, is_gone);
-  memory.scratch.stale = true;
 }
 
 /// Bodies that became solid since the last build wake the islands in contact with them.

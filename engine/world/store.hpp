@@ -43,7 +43,7 @@ class Store {
       return aside = std::move(value);
     }
     if (T* old = find(owner)) {
-      ++version_;
+      ++version_, ++replaced_;
       return *old = std::move(value);
     }
     if (owner.index >= slots_.size()) slots_.resize(owner.index + 1, kNoSlot);
@@ -75,7 +75,7 @@ class Store {
     }
     values_.erase(values_.begin() + static_cast<std::ptrdiff_t>(kept), values_.end());
     owners_.erase(owners_.begin() + static_cast<std::ptrdiff_t>(kept), owners_.end());
-    ++version_;
+    ++version_, ++removed_;
     if (!now.empty()) note_moves(std::move(now));
   }
   void remove(Entity owner) { remove(std::span<const Entity>(&owner, 1)); }
@@ -112,6 +112,9 @@ class Store {
   std::size_t size() const { return values_.size(); }
   bool empty() const { return values_.empty(); }
   std::uint64_t version() const { return version_; }
+  /// How often values took the place of another, or were removed.
+  std::uint64_t replaced() const { return replaced_; }
+  std::uint64_t removed() const { return removed_; }
 
   void reserve(std::size_t count) {
     values_.reserve(count);
@@ -121,6 +124,8 @@ class Store {
   /// Removals move values to other slots: from here on slot_now() tells where to. Costs no memory
   /// until something is removed.
   void track_slots() { moved_ = {}, first_new_ = static_cast<std::uint32_t>(size()); }
+  /// Whether something was removed since then.
+  bool has_moved() const { return !moved_.empty(); }
   /// The slot of the value that was in `slot` when track_slots() was called last; kNoSlot if it was
   /// removed since.
   std::uint32_t slot_now(std::uint32_t slot) const {
@@ -143,6 +148,8 @@ class Store {
     field("owners", self.owners_);
     field("slots", derived(self.slots_));
     field("version", passive(self.version_));
+    field("replaced", derived(self.replaced_));
+    field("removed", derived(self.removed_));
     field("moved", derived(self.moved_));
     field("first_new", derived(self.first_new_));
   }
@@ -174,7 +181,7 @@ class Store {
   std::vector<T> values_;
   std::vector<Entity> owners_;
   std::vector<std::uint32_t> slots_;
-  std::uint64_t version_ = 0;
+  std::uint64_t version_ = 0, replaced_ = 0, removed_ = 0;
   std::vector<std::uint32_t> moved_;   // by slot at track_slots(): the slot now; empty: the same
   std::uint32_t first_new_ = kNoSlot;  // the first slot of what was added since; none: not tracked
 };

@@ -185,3 +185,75 @@ TEST_CASE("a platform that starts to move wakes what sleeps on it") {
   CHECK(awake(sim, s.boxes[0]) == 0);
   CHECK(sim.findings().empty());
 }
+
+TEST_CASE("bodies that come and go among sleepers wake nobody that they do not touch") {
+  const Stacks s = stacks(4);
+  Simulation sim = at_rest(s.world);
+  sim.step();
+  const std::size_t resting = resting_contacts_of(sim.world).size();
+  Collision solid;
+  solid.others = true;
+  const auto compare_with_copy = [&] {
+    Simulation copy = Simulation::copy_of(sim.world);
+    sim.step(), copy.step();
+    REQUIRE(state_hash(copy.world) == state_hash(sim.world));
+  };
+  std::vector<Entity> came;
+  for (int k = 0; k < 3; ++k) {
+    came.push_back(add_solid(sim.world, ball_shape(0.1), {{1.0 + 2 * k, 3, 0}, kIdentity},
+                             Motion::dynamic, solid));
+    compare_with_copy();
+    CHECK(resting_contacts_of(sim.world).size() == resting);
+    CHECK(partition_of(sim.world).awake.size() == came.size());
+  }
+  // A whole stack, and a ball: what is left moves to other slots.
+  for (const Entity e : s.boxes[1]) sim.world.destroy(e);
+  sim.world.destroy(came[0]);
+  compare_with_copy();
+  CHECK(awake(sim, s.boxes[0]) + awake(sim, s.boxes[2]) + awake(sim, s.boxes[3]) == 0);
+  CHECK(resting_contacts_of(sim.world).size() < resting);
+  for (int i = 0; i < 300; ++i) {
+    if (i % 50 == 0) compare_with_copy();
+    sim.step();
+  }
+  CHECK(awake(sim, s.boxes[0]) + awake(sim, s.boxes[2]) + awake(sim, s.boxes[3]) == 0);
+  for (const int stack : {0, 2, 3})
+    for (int k = 0; k < kHigh; ++k)
+      CHECK(sim.world.bodies[s.boxes[std::size_t(stack)][std::size_t(k)]].pose.position.y ==
+            Approx(0.1 + 0.2 * k).margin(1e-3));
+  CHECK(sim.findings().empty());
+}
+
+TEST_CASE("what held a sleeper up and goes wakes it, and what comes under it is felt") {
+  Stacks s = stacks(2);
+  Simulation sim = at_rest(s.world);
+  sim.world.destroy(s.boxes[0][0]);
+  sim.step();
+  CHECK(awake(sim, {s.boxes[0][1], s.boxes[0][2]}) == 2);
+  CHECK(awake(sim, s.boxes[1]) == 0);
+  for (int i = 0; i < 300; ++i) sim.step();
+  CHECK(sim.world.bodies[s.boxes[0][1]].pose.position.y == Approx(0.1).margin(2e-3));
+  // A fixed post that is put into the other stack, from the side.
+  Collision solid;
+  solid.others = true;
+  add_solid(sim.world, box_shape(Vec3(0.05)), {{2.24, 0.3, 0}, kIdentity}, Motion::fixed, solid);
+  sim.step();
+  CHECK(awake(sim, s.boxes[1]) == kHigh);
+}
+
+TEST_CASE("a shape that takes the place of a sleeper's is felt by what touches it next") {
+  const Stacks s = stacks(2);
+  Simulation sim = at_rest(s.world);
+  const Entity top = s.boxes[1].back();
+  const std::size_t before = resting_contacts_of(sim.world).size();
+  sim.world.shapes.add(top, Shapes{{box_shape(Vec3(0.05, 0.1, 0.05))}});
+  for (int i = 0; i < 3; ++i) sim.step();
+  CHECK(resting_contacts_of(sim.world).size() == before);
+  Vec3 least(1e9), most(-1e9);
+  each_contact(sim.world, [&](const Contact& c) {
+    if (c.slot_a != sim.world.bodies.slot(top) && c.slot_b != sim.world.bodies.slot(top)) return;
+    const Vec3 at = c.slot_a == sim.world.bodies.slot(top) ? c.point_a : c.point_b;
+    least = glm::min(least, at), most = glm::max(most, at);
+  });
+  CHECK(most.x - least.x == Approx(0.1).margin(1e-3));
+}

@@ -114,7 +114,6 @@ void keep_unchanged(World& world, std::vector<Island>& before, std::vector<Islan
     const std::uint32_t was = at[a.slots.front()];
     if (was == kNoSlot || !unchanged(before[was], a)) continue;
     a = renumbered(std::move(before[was]), a);
-    a.was = was;
     if (edited) rouse(world, a);
   }
 }
@@ -169,7 +168,47 @@ void carry_memory(const std::vector<Island>& before, const World& world,
   }
 }
 
+/// By slot: whether a joint, a cable or a pin is at the body.
+std::vector<std::uint8_t> list_tied(const World& world) {
+  std::vector<std::uint8_t> tied(world.bodies.size(), 0);
+  const auto tie = [&](Entity e) {
+    if (const std::uint32_t slot = world.bodies.slot(e); slot != kNoSlot) tied[slot] = 1;
+  };
+  for (const Link& l : world.links.values()) tie(l.a), tie(l.b);
+  for (const Cable& c : world.cables.values()) tie(c.a), tie(c.b);
+  for (const Pin& p : world.pins.values()) tie(p.body), tie(p.to);
+  return tied;
+}
+
+/// Whether an island of one free body is as it was.
+bool is_as_before(const World& world, const IslandPlan& plan, const Island& a) {
+  if (a.count() != 1 || plan.slots.size() != 1 || a.unfit || plan.unfit) return false;
+  const std::uint32_t slot = plan.slots.front();
+  const Body& b = world.bodies.values()[slot];
+  const bool is_solid = world.collisions.find(a.bodies[0]) != nullptr;
+  return a.bodies[0] == world.bodies.owners()[slot] && a.settings == plan.settings &&
+         a.parents[0] == kFree && !is_tied(a) && a.rests.empty() != is_solid &&
+         a.constants.at(kMass, 0) == b.mass && a.constants.vec(kInertia, 0) == b.inertia &&
+         a.constants.at(kDrag, 0) == b.drag && a.constants.at(kGravityScale, 0) == b.gravity_scale;
+}
+
 }  // namespace
+
+std::size_t keep_first(World& world, std::span<const IslandPlan> plans, std::vector<Island>& list) {
+  Partition& partition = world.memory.of<Partition>();
+  if (world.edit_count != partition.edit_count) return 0;  // who sleeps has to wake
+  const std::vector<std::uint8_t> tied = list_tied(world);
+  std::size_t kept = 0;
+  for (; kept < std::min(plans.size(), list.size()); ++kept) {
+    const IslandPlan& plan = plans[kept];
+    Island& a = list[kept];
+    const std::uint32_t slot = plan.slots.front();
+    if (tied[slot] != 0 || !is_as_before(world, plan, a)) break;
+    std::fill(a.slots.begin(), a.slots.end(), slot);
+    partition.set_column(slot, 0);
+  }
+  return kept;
+}
 
 void carry_over(World& world, std::vector<Island>& before, std::vector<Island>& made) {
   carry_memory(before, world, made);

@@ -46,6 +46,7 @@ struct Builder {
   std::vector<Loop> loops;
   std::vector<std::uint32_t> column;  // by slot, in its island
   std::vector<std::uint32_t> island;  // by slot
+  std::size_t kept = 0;               // the first islands stay as they are
 
   explicit Builder(World& w) : world(w), partition(w.memory.of<Partition>()) {}
   /// Whether this solver moves the body.
@@ -400,7 +401,7 @@ Island pack(Builder& b, const IslandPlan& plan, std::uint32_t index) {
 
 void tie_loops(Builder& b, std::vector<Island>& made) {
   for (const Loop& loop : b.loops) {
-    Island& a = made[b.island[loop.body]];
+    Island& a = made[b.island[loop.body] - b.kept];
     PANTIN_ASSERT(b.island[loop.body] == b.island[loop.partner] &&
                   b.column[loop.body] != b.column[loop.partner]);
     PackedPin h;
@@ -427,7 +428,7 @@ void tie_cords(Builder& b, std::vector<Island>& made) {
     if (b.column[owner] == kNoSlot) continue;  // between two kinematic bodies
     PANTIN_ASSERT(cord.column_a == kNoSlot || cord.column_b == kNoSlot ||
                   b.island[cord.slot_a] == b.island[cord.slot_b]);
-    made[b.island[owner]].cables.push_back(cord);
+    made[b.island[owner] - b.kept].cables.push_back(cord);
   }
 }
 
@@ -435,25 +436,34 @@ void tie_cords(Builder& b, std::vector<Island>& made) {
 
 void compile(World& world, std::span<const IslandPlan> plans) {
   Builder b(world);
+  Islands& all = world.memory.of<Islands>();
+  b.kept = keep_first(world, plans, all.list);
   read_links(b);
   read_pins(b);
   check_strings(b);
   b.column.assign(world.bodies.size(), kNoSlot);
   b.island.assign(world.bodies.size(), kNoSlot);
   std::vector<Island> made;
-  made.reserve(plans.size());
-  for (const IslandPlan& plan : plans)
-    made.push_back(pack(b, plan, static_cast<std::uint32_t>(made.size())));
+  made.reserve(plans.size() - b.kept);
+  for (std::size_t i = b.kept; i < plans.size(); ++i)
+    made.push_back(pack(b, plans[i], static_cast<std::uint32_t>(i)));
   tie_cords(b, made);
   tie_loops(b, made);
   for (const Island& a : made)
     for (std::uint32_t c = 0; c < a.count(); ++c) b.partition.set_column(a.slots[c], c);
-  for (std::size_t i = 0; i < made.size(); ++i) made[i].unfit = plans[i].unfit;
-  std::vector<Island>& list = world.memory.of<Islands>().list;
-  carry_over(world, list, made);
+  for (std::size_t i = 0; i < made.size(); ++i) made[i].unfit = plans[b.kept + i].unfit;
+  const auto first = all.list.begin() + std::ptrdiff_t(b.kept);
+  std::vector<Island> before(std::make_move_iterator(first),
+                             std::make_move_iterator(all.list.end()));
+  all.list.erase(first, all.list.end());
+  carry_over(world, before, made);
   for (const Island& a : made) assert_packed(a);
-  list = std::move(made);
-  world.memory.of<Islands>().scratch.prepared = false;
+  if (all.list.empty())
+    all.list = std::move(made);
+  else
+    all.list.insert(all.list.end(), std::make_move_iterator(made.begin()),
+                    std::make_move_iterator(made.end()));
+  all.scratch.prepared = std::min(all.scratch.prepared, b.kept), all.crowd.is_known = false;
 }
 
 }  // namespace pantin::detail::articulated

@@ -23,6 +23,9 @@ void assert_gathered(const Group& g);
 /// The end of compile(): the state of the previous islands is carried over to those made from the
 /// same bodies. Islands that are built as they were go on as they were.
 void carry_over(World& world, std::vector<Island>& before, std::vector<Island>& made);
+/// Before it: leaves the first islands where they are, as far as they are free bodies about which
+/// nothing has changed, and returns how many. What is added to a World comes after them.
+std::size_t keep_first(World& world, std::span<const IslandPlan> plans, std::vector<Island>& list);
 
 /// Poses of the packed bodies: rows of the work table.
 struct PoseRows {

@@ -316,7 +316,6 @@ struct StepPlan {
   bool in_group = false;   // steps with all that it touches: see step_group.cpp
   bool conserves = false;  // is stepped by the energy-momentum method, if it touches nothing
   bool in_crowd = false;   // side by side with others like it: see crowd.cpp
-  std::uint32_t was = UINT32_MAX;  // its number before the last build, if that left it as it was
 };
 
 /// Results of the step, for the report and for the next step.

@@ -29,9 +29,9 @@ void prepare_contacts(const World& world, Island& a) {
 
 void prepare(World& world) {
   Islands& all = world.memory.of<Islands>();
-  if (all.scratch.prepared) return;  // a copy of a World has no scratch memory
-  all.scratch.prepared = true;
-  for (Island& a : all.list) {
+  if (all.scratch.prepared == all.list.size() && all.crowd.is_known) return;
+  for (std::size_t i = all.scratch.prepared; i < all.list.size(); ++i) {
+    Island& a = all.list[i];
     prepare_contacts(world, a);
     if (a.scratch.targets.capacity() > 0) continue;  // allocated already
     const std::size_t n = a.count(), padded = a.slots.size();
@@ -52,6 +52,7 @@ void prepare(World& world) {
     if (has_rows(a)) r.on_path.assign(n, 0);
     if (!a.joints.empty()) r.conserving_sums.resize(n), r.conserving_nodes.resize(n);
   }
+  all.scratch.prepared = all.list.size();
   find_crowds(world, all);
 }
 

@@ -438,7 +438,7 @@ void compile(World& world, std::span<const IslandPlan> plans) {
     m.loops = has_loops(m);
     carry_memory(world, before, m);
   }
-  world.memory.of<Islands>().scratch.prepared = false;
+  world.memory.of<Islands>().scratch.prepared = 0;
 }
 
 }  // namespace pantin::detail::lagrangian

@@ -236,8 +236,8 @@ void write_back(World& world, const Island& m) {
 
 void prepare(World& world) {
   Islands& all = world.memory.of<Islands>();
-  if (all.scratch.prepared) return;
-  all.scratch.prepared = true;
+  if (all.scratch.prepared == all.list.size()) return;
+  all.scratch.prepared = all.list.size();
   for (Island& m : all.list)
     if (!m.scratch.ready) allocate_scratch(m);
 }

@@ -242,6 +242,7 @@ void find_shape(const World& world, const Island& a, CrowdShape& shape) {
 void find_crowds(const World& world, Islands& all) {
   CrowdScratch& crowd = all.crowd;
   crowd.order.clear(), crowd.steps.clear(), crowd.shapes.clear();
+  crowd.is_known = true;
   std::vector<std::uint64_t> hashes(all.list.size(), 0);
   for (std::uint32_t i = 0; i < all.list.size(); ++i) {
     all.list[i].in_crowd = false;

@@ -57,6 +57,7 @@ struct CrowdScratch {
   struct Unit {
     std::size_t first, count;  // in `going`
   };
+  bool is_known = false;  // who is alike, since the last build
   std::vector<CrowdShape> shapes;
   std::vector<Member> order;  // islands that have others like them, these together
   std::vector<CrowdStep> steps;
