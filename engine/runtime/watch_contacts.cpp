@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -30,6 +32,8 @@ constexpr Real kAtRestFor = 0.5, kSlow = 0.02;
 /// begins in something has so much more time to come out.
 constexpr Real kMostly = 0.5, kMovingFor = 0.15, kToComeOut = 0.25;
 constexpr Real kTiny = 1e-9;  // m
+/// Shapes: among more that are fast, those that they may meet are looked up in a tree.
+constexpr std::size_t kFewFast = 8;
 
 /// The middle half of a shape: what remains when a quarter of its thickness is taken off all
 /// around, or a ball in its middle.
@@ -78,7 +82,7 @@ bool collide(const World& world, std::uint32_t a, std::uint32_t b) {
 
 void ContactWatch::compile(const World& world) {
   const std::size_t count = world.bodies.size();
-  solids_.clear(), unbounded_.clear();
+  solids_.clear(), unbounded_.clear(), balls_.clear();
   first_.assign(count + 1, 0), rest_version_ = placed_for_ = 0;
   thickness_.assign(count, 0), shallow_.assign(count, 0), rests_for_.assign(count, 0),
       depth_.assign(count, 0), overlaps_.assign(count, {0, 0, -kToComeOut});
@@ -97,6 +101,9 @@ void ContactWatch::compile(const World& world) {
       if (is_unbounded(shape.kind))
         unbounded_.push_back(static_cast<std::uint32_t>(solids_.size()));
       solids_.push_back({slot, i, core_of(shape, half), half, reach_of(shape)});
+      balls_.push_back(
+          {shape.local.position, slot,
+           is_unbounded(shape.kind) ? std::numeric_limits<Real>::infinity() : reach_of(shape)});
       if (const Real thick = thickness_of(shape, half); thick > 0)
         thinnest = std::min(thinnest, thick);
     }
@@ -106,7 +113,7 @@ void ContactWatch::compile(const World& world) {
         std::min(kDeep * 2 * contact::extent_of(*shapes), kDeepOfThickness * thickness_[slot]);
   }
   if (solids_.empty()) first_ = {};
-  boxes_.resize(solids_.size());
+  boxes_.resize(solids_.size()), fast_.reserve(solids_.size());
   list_joined(world, joined_);
   tree_ = {};
 }
@@ -244,27 +251,50 @@ std::optional<Real> ContactWatch::passage(const World& world, const Solid& a, co
   return around && *around > kThrough * a.half_thickness ? within : std::nullopt;
 }
 
+/// Whether the balls around two shapes come near each other on their ways.
+bool ContactWatch::may_pass(const World& world, std::size_t one, std::size_t two) const {
+  Vec3 middle[2];
+  Real room = 0;
+  for (const std::size_t i : {one, two}) {
+    const Ball& ball = balls_[i];
+    const Vec3 now = to_world(world.bodies.values()[ball.slot].pose, ball.centre),
+               before = to_world(before_[ball.slot].pose, ball.centre);
+    middle[i == two] = 0.5 * (before + now), room += ball.radius + 0.5 * glm::length(now - before);
+  }
+  const Vec3 apart = middle[1] - middle[0];
+  return !(glm::dot(apart, apart) > room * room);
+}
+
+/// Calls `meet(solid)` for those that a fast one may have passed through.
+template <class Meet>
+void ContactWatch::each_near(const World& world, std::uint32_t fast, const Meet& meet) const {
+  for (const std::uint32_t i : unbounded_) meet(i);
+  if (fast_.size() > kFewFast) return tree_.query(boxes_[fast], meet);
+  for (std::uint32_t i = 0; i < balls_.size(); ++i)
+    if (std::isfinite(balls_[i].radius) && may_pass(world, fast, i)) meet(i);
+}
+
 void ContactWatch::end_substep(const World& world, Real h, FindingList& found) {
   if (solids_.empty()) return;
-  bool placed = false;
-  const auto look = [&](const Solid& s) {
-    if (before_[s.slot].leaps || !is_fast(world, s)) return;
-    if (!placed) place_boxes(world), placed = true;
-    const auto meet = [&](std::uint32_t i) {
-      const Solid& other = solids_[i];
+  fast_.clear();
+  const Partition& partition = partition_of(world);
+  const auto list = [&](std::uint32_t slot) {
+    for (std::uint32_t i = first_[slot]; i < first_[slot + 1]; ++i)
+      if (!before_[slot].leaps && is_fast(world, solids_[i])) fast_.push_back(i);
+  };
+  for (const std::uint32_t slot : partition.kinematic)
+    if (partition.island[slot] == Owner::kNone) list(slot);
+  std::for_each(partition.awake.begin(), partition.awake.end(), list);
+  if (fast_.size() > kFewFast) place_boxes(world);
+  for (const std::uint32_t fast : fast_)
+    each_near(world, fast, [&](std::uint32_t i) {
+      const Solid &s = solids_[fast], &other = solids_[i];
       if (!may_meet(world, s.slot, other.slot)) return;
       const bool is_led = world.bodies.values()[s.slot].motion != Motion::dynamic;
       if (const std::optional<Real> way = passage(world, s, other, h))
         found.note(FindingKind::passed_through, world.bodies.owners()[is_led ? other.slot : s.slot],
                    *way);
-    };
-    tree_.query(boxes_[static_cast<std::size_t>(&s - solids_.data())], meet);
-    for (const std::uint32_t i : unbounded_) meet(i);
-  };
-  const Partition& partition = partition_of(world);
-  for (const auto* slots : {&partition.kinematic, &partition.awake})
-    for (const std::uint32_t slot : *slots)
-      for (std::uint32_t i = first_[slot]; i < first_[slot + 1]; ++i) look(solids_[i]);
+    });
 }
 
 void ContactWatch::end_step(const World& world, Real h, FindingList& found) {

@@ -31,6 +31,13 @@ class ContactWatch {
     Real half_thickness = 0, reach = 0;  // m
   };
 
+  /// The ball around a shape, in the frame of its body; not finite: it has no bounds.
+  struct Ball {
+    Vec3 centre{0};
+    std::uint32_t slot = 0;
+    Real radius = 0;
+  };
+
   /// How deep a body lies in another one, at rest or not.
   struct Overlap {
     Real part = 0, depth = 0;  // of the thickness of the thinner one; m; in this step
@@ -47,11 +54,16 @@ class ContactWatch {
   void note(const World& world, std::uint32_t slot);
   bool may_meet(const World& world, std::uint32_t a, std::uint32_t b) const;
   bool is_fast(const World& world, const Solid& s) const;
+  bool may_pass(const World& world, std::size_t one, std::size_t two) const;
+  template <class Meet>
+  void each_near(const World& world, std::uint32_t fast, const Meet& meet) const;
   void place_box(const World& world, std::size_t solid);
   void place_boxes(const World& world);
   std::optional<Real> passage(const World& world, const Solid& a, const Solid& b, Real h) const;
 
   std::vector<Solid> solids_;         // by body
+  std::vector<Ball> balls_;           // as `solids_`
+  std::vector<std::uint32_t> fast_;   // of these, in this substep
   std::vector<std::uint32_t> first_;  // of these, by slot; one more at the end
   // Partition::rest_version at note_start(), and at that when all boxes were placed.
   std::uint64_t rest_version_ = 0, placed_for_ = 0;
