@@ -163,3 +163,33 @@ TEST_CASE("a cone that rolls on its side costs little more than a cylinder", "[t
   INFO(cone / cylinder);
   CHECK(cone < 8 * cylinder);
 }
+
+TEST_CASE("what sleeps costs next to nothing, and neither does what comes among it", "[timed]") {
+  constexpr int kSide = 50;
+  World w;
+  add_ground(w);
+  Collision solid;
+  solid.others = true;
+  for (int i = 0; i < kSide * kSide; ++i)
+    add_solid(w, box_shape(Vec3(0.2, 0.1, 0.15)), {{i % kSide, 0.1, i / kSide}, kIdentity},
+              Motion::dynamic, solid);
+  Simulation sim(std::move(w), {.watch = true});
+  const auto seconds = [&] {
+    const auto start = std::chrono::steady_clock::now();
+    sim.step();
+    return std::chrono::duration<Real>(std::chrono::steady_clock::now() - start).count();
+  };
+  Real moving = 1e9, sleeping = 1e9, spawned = 1e9;
+  for (int i = 0; i < 20; ++i) moving = std::min(moving, seconds());
+  for (int i = 0; i < 100; ++i) sim.step();
+  REQUIRE(sim.step().asleep == kSide * kSide);
+  for (int i = 0; i < 50; ++i) sleeping = std::min(sleeping, seconds());
+  for (int i = 0; i < 20; ++i) {
+    add_solid(sim.world, ball_shape(0.1), {{i + 0.5, 3, 0.5}, kIdentity}, Motion::dynamic, solid);
+    spawned = std::min(spawned, seconds());
+  }
+  INFO(1e3 * moving << " ms while all move, " << 1e3 * sleeping << " asleep, " << 1e3 * spawned
+                    << " with one that comes");
+  CHECK(sleeping < moving / 40);
+  CHECK(spawned < moving / 2);
+}
