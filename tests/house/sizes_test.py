@@ -56,7 +56,7 @@ def is_scope(head):
 def findings(root):
     for room in ROOMS:
         for path in sorted((root / room).rglob("*")):
-            if path.suffix not in SUFFIXES or "build" in path.parts:
+            if path.suffix not in SUFFIXES:
                 continue
             text, name = path.read_text(encoding="utf-8"), path.relative_to(root)
             lines = text.count("\n")
