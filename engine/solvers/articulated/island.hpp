@@ -88,8 +88,8 @@ struct BodyPush {
   Vec3 held{0};  // m, across them, by friction
 };
 
-/// Scratch memory of one step of one island.
-struct StepScratch {
+/// Of bodies and trees.
+struct BodyScratch {
   LaneTable work;             // see Work
   std::vector<Real> nodes;    // kNodeSize a body, see Node
   LaneTable forces;           // 6 rows: acceleration, torque; only where forces are used
@@ -102,6 +102,10 @@ struct StepScratch {
   std::vector<ContactRow> contact_rows;  // of this step
   std::vector<BodyPush> pushes;          // a body each, where any is solid
   std::vector<Vec3> velocities;          // a body each: at the start, while energy is watched
+};
+
+/// Of ties and of joints that constrain rotations, in the energy-momentum method.
+struct TieScratch {
   std::vector<ConservingTie> ties;
   std::vector<TieRows> tie_sets;                 // of each tie, its rows
   std::vector<ConservingSum> conserving_sums;    // a body each, where joints constrain rotations
@@ -125,6 +129,9 @@ struct StepScratch {
   std::vector<std::uint8_t> on_path;
   bool predicted = false;  // by the update stage; otherwise the prediction is made later
 };
+
+/// Scratch memory of one step of one island.
+struct StepScratch : BodyScratch, TieScratch {};
 
 /// One tree of the island: bodies [first, first + count), parents before children.
 struct Tree {

@@ -47,10 +47,8 @@ struct RollingAt {
   Real arm = 1;                        // m: torques are this times the point's impulses
 };
 
-/// A contact point. Vectors with three components along its axes: the normal, from b to a, and two
-/// across it. A limit uses the first alone; torques against rolling are a point of their own, which
-/// has no place.
-struct ContactPoint {
+/// What a contact point, a limit or rolling friction acts on, and how that gives way.
+struct PointPlace {
   std::uint32_t contact = kNoIndex;             // in contacts_of(world); none: no place
   std::uint32_t limit = kNoIndex;               // in ContactScratch::limits
   std::uint32_t rolling = kNoIndex;             // in ContactScratch::rollings
@@ -61,11 +59,17 @@ struct ContactPoint {
   contact::TouchedPlace on[2];  // where the bodies are touched, however they turn
   Obstacle obstacle[2];         // where there is no end
   Real friction = 0, restitution = 0;
-  Real gap_before = 0;    // m, at the start of the step
-  Real gap = 0;           // m, at its end with all displacements so far
-  Real pull = 0;          // m/s^2, along the normal, of all but contacts
-  Vec3 speed{0};          // m/s, at the end, with all impulses so far
-  Mat3 response{0};       // 1/kg
+  Real gap_before = 0;  // m, at the start of the step
+  Real gap = 0;         // m, at its end with all displacements so far
+  Real pull = 0;        // m/s^2, along the normal, of all but contacts
+  Vec3 speed{0};        // m/s, at the end, with all impulses so far
+  Mat3 response{0};     // 1/kg
+};
+
+/// A contact point. Vectors with three components along its axes: the normal, from b to a, and two
+/// across it. A limit uses the first alone; torques against rolling are a point of their own, which
+/// has no place.
+struct ContactPoint : PointPlace {
   Vec3 impulse{0};        // N s on a, in all
   Vec3 lasting{0};        // N s, of it what holds at the end of the step
   Vec3 borne{0};          // the same, in the end

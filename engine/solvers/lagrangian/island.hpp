@@ -39,6 +39,7 @@ enum class BlockKind : std::uint8_t {
   elastic_pin,
   joint_torque  // a drive, soft stops
 };
+
 /// Blocks whose rows are forces that give way, not constraints.
 inline bool is_compliant(BlockKind kind) { return kind >= BlockKind::spring; }
 
@@ -219,8 +220,8 @@ struct CollocationScratch {
   bool stiff = false, braked = false;  // slopes count; those of drag do
 };
 
-/// Scratch memory of a step, kept allocated between steps.
-struct StepScratch {
+/// The equations of motion at one state, and their solution.
+struct EquationScratch {
   bool ready = false;
   KktPattern pattern;
   std::vector<Real> values, scales;  // of the factor
@@ -233,6 +234,10 @@ struct StepScratch {
   std::vector<Vec3> solution;  // of the last solve: twists or corrections, two a body
   std::vector<Real> right, lambda, step_lambda;
   std::vector<Real> row_residual;  // right - J a, and the unknowns of hubs
+};
+
+/// States of a step, and what acts from outside.
+struct MotionScratch {
   // Current state; state at the start of a substep, of one integrator step, of an attempt.
   Motions state, start, from, begin;
   // Of the whole step: the state at its start, and where frames were then. Contacts need them.
@@ -241,6 +246,10 @@ struct StepScratch {
   bool stepped = false;       // they are known, and the bodies are at the end of the step
   std::vector<Vec3> applied;  // forces and torques from outside, two a body
   bool pushed = false;        // external or contact forces are not zero
+};
+
+/// What integrators keep within a step.
+struct IntegratorScratch {
   // Integrators in momenta, two a body: momenta, and those before forces or impulses were added.
   std::vector<Vec3> momenta, momenta_before;
   // Implicit, two a body: unknown accelerations at the end of the step, residuals of the forces.
@@ -255,6 +264,10 @@ struct StepScratch {
   bool beside_singular = false;  // it did
   CollocationScratch collocation;
   BlowScratch blow;
+};
+
+/// How forces and projections are evaluated now.
+struct ForceScratch {
   bool springs_active = false;
   Real forces_over =
       0;            // s: a step at whose end spring pins, drives and soft stops act; 0: as they are
@@ -268,6 +281,10 @@ struct StepScratch {
   // Of surfaces whose gap follows from other rows, its row is left out: off the joints, as stages
   // of a step are, the two contradict one another.
   bool leaves_gaps = false;
+};
+
+/// Scratch memory of a step, kept allocated between steps.
+struct StepScratch : EquationScratch, MotionScratch, IntegratorScratch, ForceScratch {
   std::vector<SurfaceFound> touching;
   // The first contact of surfaces that was lost since this was cleared, and why.
   std::uint32_t lost_touch = UINT32_MAX;
@@ -281,8 +298,15 @@ struct StepScratch {
   std::uint32_t worst_relative_block = 0;
 };
 
+/// Its contacts of surfaces.
+struct TouchStructure {
+  std::vector<std::uint32_t> touch_sources;  // slots in World::surface_contacts, by touch
+  std::vector<std::uint32_t> touch_blocks;   // blocks of their gaps
+  std::vector<SurfaceWays> touch_ways;       // of those that roll as their curves say
+};
+
 /// Structure of an island: constant within a step.
-struct IslandStructure {
+struct IslandStructure : TouchStructure {
   SolverSettings settings;
   std::vector<Entity> bodies;        // its bodies
   std::vector<std::uint32_t> slots;  // in World::bodies
@@ -294,16 +318,13 @@ struct IslandStructure {
   std::vector<Block> elastic_paths;  // elastic cables over guides, as forces
   std::vector<std::uint8_t> places;  // of cables over guides: bodies of their blocks, a to b
   std::size_t rows = 0, vectors = 0;
-  std::size_t joint_force_rows = 0;          // rows of joint forces
-  Real size = 0;                             // m, scales tolerances
-  Real reach = 0;                            // m, the longest arm of a joint
-  bool loops = false;                        // closed loops: rows may be dependent
-  bool unilateral = false;                   // limits, cables or surfaces that may lift off
-  bool rolls = false;                        // rows that are no constraints of poses
-  std::vector<std::uint32_t> touch_sources;  // slots in World::surface_contacts, by touch
-  std::vector<std::uint32_t> touch_blocks;   // blocks of their gaps
-  std::vector<SurfaceWays> touch_ways;       // of those that roll as their curves say
-  bool rubs = false;                         // friction of surfaces that touch
+  std::size_t joint_force_rows = 0;  // rows of joint forces
+  Real size = 0;                     // m, scales tolerances
+  Real reach = 0;                    // m, the longest arm of a joint
+  bool loops = false;                // closed loops: rows may be dependent
+  bool unilateral = false;           // limits, cables or surfaces that may lift off
+  bool rolls = false;                // rows that are no constraints of poses
+  bool rubs = false;                 // friction of surfaces that touch
   bool damped = false;
   Entity unfit;  // a body that no step can be computed with, or none
 

@@ -107,9 +107,8 @@ struct GroupActuator {
   Real impulse = 0;          // N m s of a substep
 };
 
-/// A body of a tree in a group. Wrenches and motions are those of its joint to the parent, of a
-/// free root those of its mass centre.
-struct GroupNode {
+/// What a node is, over the step.
+struct NodeBody {
   std::uint32_t parent = kNoNode;      // node; none at a root
   std::uint32_t body = 0;              // in the group
   std::uint32_t tree = 0;              // in the group
@@ -124,6 +123,10 @@ struct GroupNode {
   Vec3 own_anchor{0}, parent_anchor{0};  // m, body frames
   Real mass = 0;                         // kg
   Vec3 inertia{0};                       // kg m^2, principal
+};
+
+/// A node in a substep: where it is, and how it gives way to impulses.
+struct NodeResponse {
   // In a substep, from the pose at its start:
   Vec3 arm{0};    // from the joint to the mass centre
   Vec3 lever{0};  // from the parent's joint to this one
@@ -135,6 +138,11 @@ struct GroupNode {
   Vec3 torque{0};        // N m s at the joint, of all impulses outboard of it so far
   Wrench pending;        // impulses that the parent has not been given yet
   Response response;
+};
+
+/// A body of a tree in a group. Wrenches and motions are those of its joint to the parent, of a
+/// free root those of its mass centre.
+struct GroupNode : NodeBody, NodeResponse {
   Vec3 velocity{0};                // m/s, of the mass centre at the start
   Wrench begin, load;              // momentum and forces; impulses of contacts and ties
   Vec3 free_torque{0};             // these three before the impulses of the substep, see
@@ -179,8 +187,8 @@ struct GroupTree {
   bool is_tied_outside = false;       // to other trees or to places
 };
 
-/// One contact point of two of them.
-struct GroupContact {
+/// Where two bodies of a group touch.
+struct ContactPlace {
   std::uint32_t contact = 0;        // in contacts_of(world)
   std::uint32_t a = 0, b = 0;       // bodies of the group
   std::uint32_t cross = kNoNode;    // of two bodies of one tree: in GroupScratch::crosses
@@ -189,7 +197,11 @@ struct GroupContact {
   contact::TouchedPlace on_a, on_b;
   Vec3 arm_a{0}, arm_b{0};    // m, world: where impulses act
   Vec3 lead_a{0}, lead_b{0};  // m, world: where velocities count, see lead()
-  Real gap = 0;               // m
+};
+
+/// One contact point of two of them.
+struct GroupContact : ContactPlace {
+  Real gap = 0;                                                  // m
   Real along = 0, aside = 0, cross_first = 0, cross_second = 0;  // response, 1/kg
   bool works = true;                                             // the bodies can give way to it
   Real friction = 0, restitution = 0;
@@ -381,6 +393,7 @@ struct LimitSpring {
   Real buffer = 0;
   const Softness* by = nullptr;
 };
+
 /// Every limit once. Returns the largest change of a speed, m/s, of the mass centre of what turns.
 Real solve_limits(const Group& g, Real h, const LimitSpring& spring);
 void bound_drives(const Group& g, Real h);

@@ -19,9 +19,10 @@ struct TieRows {
   Mat3 own{0};                // factor of the impulse
   Mat3 directions = Mat3(1);  // a column each
 };
-/// A force between two points in a step by the energy-momentum method: see conserving_ties.cpp.
+
 enum class TieKind : std::uint8_t { rigid, spring, cable, taut, slack };
-struct ConservingTie {
+/// What a tie is, and where.
+struct TiePlace {
   TieKind kind = TieKind::rigid;
   bool still = true;                    // closed, and leads to no moving place
   bool open = false;                    // rigid, and its gap is no mere compliance
@@ -31,13 +32,17 @@ struct ConservingTie {
   std::uint32_t a = UINT32_MAX, b = 0;  // columns; a: or the world
   std::uint32_t cable = UINT32_MAX;     // in Island::cables
   Vec3 anchor_a{0}, anchor_b{0};        // from the own joints, body frames
-  Vec3 way{0}, velocity{0};             // of the place in the world: over the part, at the end
-  Vec3 before{0}, now{0};               // from a's point to b's, at the start and at the end
-  Real stiffness = 0, damping = 0;      // N/m, N s/m
-  Real across = 0;                      // of a cable: mu by the mean of d, kg/s
-  Real length = 0;                      // m
-  Real softness = 0;                    // s/kg, of a rigid tie or a taut cable
-  Real response = 0;                    // s/kg: change of d by an impulse
+};
+
+/// A force between two points in a step by the energy-momentum method: see conserving_ties.cpp.
+struct ConservingTie : TiePlace {
+  Vec3 way{0}, velocity{0};         // of the place in the world: over the part, at the end
+  Vec3 before{0}, now{0};           // from a's point to b's, at the start and at the end
+  Real stiffness = 0, damping = 0;  // N/m, N s/m
+  Real across = 0;                  // of a cable: mu by the mean of d, kg/s
+  Real length = 0;                  // m
+  Real softness = 0;                // s/kg, of a rigid tie or a taut cable
+  Real response = 0;                // s/kg: change of d by an impulse
   Vec3 start_a{0}, start_b{0}, mean_a{0}, mean_b{0}, end_a{0}, end_b{0};  // arms
   Vec3 mu{0};          // impulse of half the step that pulls b to a, kg m/s
   Mat3 derivative{0};  // of mu by `now`
@@ -47,11 +52,13 @@ struct ConservingTie {
 struct TieRow {
   std::uint32_t path, count, share;
 };
+
 /// Of a row at a body of its path: the turn that its impulse makes there, other turns apart, and
 /// what the row asks of a turn there. At the place of a free root both are of displacements.
 struct TieShare {
   Vec3 turn, by_turn;
 };
+
 /// What passes along a path from the tie to the root.
 struct TiePassing {
   Vec3 impulse{0}, torque{0}, by_move{0}, by_turn{0};
