@@ -15,19 +15,17 @@
 
 namespace pantin {
 struct JointDrive;
-namespace detail {
+}
+namespace pantin::detail {
 struct Dof;
 }
-}  // namespace pantin
-
 namespace pantin::detail::articulated {
 
 inline constexpr std::uint32_t kNoNode = UINT32_MAX;
 /// Numbers of a block of three rows and columns in group_loops.cpp: its rows are filled up to four.
 inline constexpr std::size_t kBlockWide = 4, kBlockNumbers = 3 * kBlockWide;
 
-/// A body in contact during one step: free, part of a tree, or fixed or kinematic, with zeros for
-/// what resists.
+/// A body in contact during a step: free, in a tree, or fixed or kinematic, which resists by zeros.
 struct GroupBody {
   std::uint32_t slot = 0, island = UINT32_MAX;
   std::uint32_t node = kNoNode;  // in the group, of a body in a tree
@@ -140,8 +138,7 @@ struct NodeResponse {
   Response response;
 };
 
-/// A body of a tree in a group. Wrenches and motions are those of its joint to the parent, of a
-/// free root those of its mass centre.
+/// A body of a tree. Wrenches and motions are those of its joint, of a free root its mass centre's.
 struct GroupNode : NodeBody, NodeResponse {
   Vec3 velocity{0};                // m/s, of the mass centre at the start
   Wrench begin, load;              // momentum and forces; impulses of contacts and ties
@@ -163,8 +160,7 @@ struct GroupNode : NodeBody, NodeResponse {
   GroupLimit limits[4];
   int unlimited_for = 0;         // substeps, of which no limit can be reached
   std::uint32_t step = kNoNode;  // of the path towards the root that is looked at (group_loops.cpp)
-  // Over the step:
-  Wrench reaction;  // N s through the joint; the torque about it, without springs
+  Wrench reaction;  // of the step: N s through the joint; the torque about it, without springs
 };
 
 /// One tree of a group.
@@ -231,7 +227,6 @@ inline bool have_same_bodies(const GroupContact& c, const GroupContact& d) {
 
 /// A vector given by its components along the axes of a contact.
 inline Vec3 to_world(const GroupContact& c, Vec3 v) { return contact::in_world(c.axes, v); }
-
 inline Vec3 to_world(const GroupRolling& r, Vec3 v) { return contact::in_world(r.axes, v); }
 
 /// What a wrench on body b of a pair changes of the motion of body a, both of one tree.
