@@ -389,9 +389,8 @@ void search_contacts(World& world, std::span<const Real> reach, Real h,
   PANTIN_ASSERT(reach.size() >= world.bodies.size());
   const std::span<const Real> struck(h > 0 ? memory.scratch.struck : std::span<const Real>());
   // What sleeps may have got another shape.
-  std::uint64_t& kept_for = memory.scratch.kept_for;
-  const bool keeps = kept_for == UINT64_MAX || kept_for == world.shapes.replaced();
-  kept_for = world.shapes.replaced();
+  const bool keeps = memory.kept_for == world.shapes.replaced();
+  memory.kept_for = world.shapes.replaced();
   const WayFinder s{{world, partition_of(world), reach, keeps}, h, struck};
   std::swap(memory.scratch.before, memory.contacts);
   memory.contacts.clear();

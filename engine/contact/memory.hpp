@@ -46,7 +46,6 @@ struct DetectScratch {
   std::vector<CollisionFilter> filters;  // by slot in World::collisions, as they were then
   int resting_active = 0;                // of Memory::resting
   Real resting_depth = 0;                // m, the deepest of them
-  std::uint64_t kept_for = UINT64_MAX;   // shapes that were replaced then; unknown
   bool stale = false;                    // bodies were renumbered: contacts are detected again
   Search search;
 };
@@ -56,6 +55,7 @@ struct Memory {
   static constexpr std::string_view name = "contact";  // in saved Worlds
   std::vector<Contact> contacts;                       // see contacts_of(), resting_contacts_of()
   std::vector<Contact> resting;
+  std::uint64_t kept_for = 0;           // Store::replaced() of the shapes when they were looked at
   std::vector<SensorOverlap> overlaps;  // at its end
   NearPairs near;                       // of the last step
   Scratch<DetectScratch> scratch;
@@ -63,6 +63,7 @@ struct Memory {
   static void fields(auto& self, auto&& field) {
     field("contacts", self.contacts);
     field("resting", self.resting);
+    field("kept_for", passive(self.kept_for));
     field("overlaps", passive(self.overlaps));
     field("near", self.near);
     field("scratch", derived(self.scratch));

@@ -113,7 +113,7 @@ bool detect_contacts(World& world, const StepTask& task) {
   // While everything sleeps and neither a kinematic body nor a belt moves, the contacts stay as
   // they are.
   const bool is_parted = scratch.rest_version == partition_of(world).rest_version &&
-                         scratch.kept_for == world.shapes.replaced();
+                         world.memory.of<contact::Memory>().kept_for == world.shapes.replaced();
   if (!(contacts.empty() && resting_contacts_of(world).empty()) && !scratch.stale && is_parted &&
       std::all_of(kSolvers.begin(), kSolvers.end(), asleep) &&
       std::none_of(kinematic.begin(), kinematic.end(), comes) &&

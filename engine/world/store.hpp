@@ -148,7 +148,7 @@ class Store {
     field("owners", self.owners_);
     field("slots", derived(self.slots_));
     field("version", passive(self.version_));
-    field("replaced", derived(self.replaced_));
+    field("replaced", passive(self.replaced_));
     field("removed", derived(self.removed_));
     field("moved", derived(self.moved_));
     field("first_new", derived(self.first_new_));

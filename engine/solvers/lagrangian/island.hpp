@@ -298,15 +298,8 @@ struct StepScratch : EquationScratch, MotionScratch, IntegratorScratch, ForceScr
   std::uint32_t worst_relative_block = 0;
 };
 
-/// Its contacts of surfaces.
-struct TouchStructure {
-  std::vector<std::uint32_t> touch_sources;  // slots in World::surface_contacts, by touch
-  std::vector<std::uint32_t> touch_blocks;   // blocks of their gaps
-  std::vector<SurfaceWays> touch_ways;       // of those that roll as their curves say
-};
-
 /// Structure of an island: constant within a step.
-struct IslandStructure : TouchStructure {
+struct IslandStructure {
   SolverSettings settings;
   std::vector<Entity> bodies;        // its bodies
   std::vector<std::uint32_t> slots;  // in World::bodies
@@ -318,13 +311,16 @@ struct IslandStructure : TouchStructure {
   std::vector<Block> elastic_paths;  // elastic cables over guides, as forces
   std::vector<std::uint8_t> places;  // of cables over guides: bodies of their blocks, a to b
   std::size_t rows = 0, vectors = 0;
-  std::size_t joint_force_rows = 0;  // rows of joint forces
-  Real size = 0;                     // m, scales tolerances
-  Real reach = 0;                    // m, the longest arm of a joint
-  bool loops = false;                // closed loops: rows may be dependent
-  bool unilateral = false;           // limits, cables or surfaces that may lift off
-  bool rolls = false;                // rows that are no constraints of poses
-  bool rubs = false;                 // friction of surfaces that touch
+  std::size_t joint_force_rows = 0;          // rows of joint forces
+  Real size = 0;                             // m, scales tolerances
+  Real reach = 0;                            // m, the longest arm of a joint
+  bool loops = false;                        // closed loops: rows may be dependent
+  bool unilateral = false;                   // limits, cables or surfaces that may lift off
+  bool rolls = false;                        // rows that are no constraints of poses
+  std::vector<std::uint32_t> touch_sources;  // slots in World::surface_contacts, by touch
+  std::vector<std::uint32_t> touch_blocks;   // blocks of their gaps
+  std::vector<SurfaceWays> touch_ways;       // of those that roll as their curves say
+  bool rubs = false;                         // friction of surfaces that touch
   bool damped = false;
   Entity unfit;  // a body that no step can be computed with, or none
 
