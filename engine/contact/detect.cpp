@@ -4,6 +4,7 @@
 #include <numeric>
 #include <optional>
 #include <tuple>
+#include <utility>
 
 #include "engine/base/invariants.hpp"
 #include "engine/base/rotation.hpp"
@@ -388,9 +389,9 @@ void search_contacts(World& world, std::span<const Real> reach, Real h,
   }
   PANTIN_ASSERT(reach.size() >= world.bodies.size());
   const std::span<const Real> struck(h > 0 ? memory.scratch.struck : std::span<const Real>());
-  // What sleeps may have got another shape.
-  const bool keeps = memory.kept_for == world.shapes.replaced();
-  memory.kept_for = world.shapes.replaced();
+  // What sleeps may have got another shape, or collide otherwise.
+  const std::uint64_t replaced = world.shapes.replaced() + world.collisions.replaced();
+  const bool keeps = std::exchange(memory.kept_for, replaced) == replaced;
   const WayFinder s{{world, partition_of(world), reach, keeps}, h, struck};
   std::swap(memory.scratch.before, memory.contacts);
   memory.contacts.clear();

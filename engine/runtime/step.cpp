@@ -83,7 +83,9 @@ bool anybody_feels(const World& world) {
 
 /// Wakes what rested on something that touches it no more: a sensor now, or of other groups.
 void wake_unsupported(World& world) {
-  if (!contact::note_collisions(world)) return;
+  // After a change of structure other bodies may stand in their places.
+  const bool is_stale = world.memory.of<contact::Memory>().scratch.stale;
+  if (!contact::note_collisions(world) && !is_stale) return;
   const auto on = [&](std::uint32_t slot) {
     const Collision* c = world.collisions.find(world.bodies.owners()[slot]);
     return c && !c->sensor ? c : nullptr;
@@ -113,7 +115,8 @@ bool detect_contacts(World& world, const StepTask& task) {
   // While everything sleeps and neither a kinematic body nor a belt moves, the contacts stay as
   // they are.
   const bool is_parted = scratch.rest_version == partition_of(world).rest_version &&
-                         world.memory.of<contact::Memory>().kept_for == world.shapes.replaced();
+                         world.memory.of<contact::Memory>().kept_for ==
+                             world.shapes.replaced() + world.collisions.replaced();
   if (!(contacts.empty() && resting_contacts_of(world).empty()) && !scratch.stale && is_parted &&
       std::all_of(kSolvers.begin(), kSolvers.end(), asleep) &&
       std::none_of(kinematic.begin(), kinematic.end(), comes) &&

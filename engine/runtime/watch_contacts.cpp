@@ -83,7 +83,7 @@ bool collide(const World& world, std::uint32_t a, std::uint32_t b) {
 void ContactWatch::compile(const World& world) {
   const std::size_t count = world.bodies.size();
   solids_.clear(), unbounded_.clear(), balls_.clear();
-  first_.assign(count + 1, 0), rest_version_ = placed_for_ = 0;
+  first_.assign(count + 1, 0), rest_version_ = placed_for_ = slept_for_ = 0;
   thickness_.assign(count, 0), shallow_.assign(count, 0), rests_for_.assign(count, 0),
       depth_.assign(count, 0), overlaps_.assign(count, {0, 0, -kToComeOut});
   before_.assign(count, {});
@@ -271,7 +271,7 @@ void ContactWatch::each_near(const World& world, std::uint32_t fast, const Meet&
   for (const std::uint32_t i : unbounded_) meet(i);
   if (fast_.size() > kFewFast) return tree_.query(boxes_[fast], meet);
   for (std::uint32_t i = 0; i < balls_.size(); ++i)
-    if (std::isfinite(balls_[i].radius) && may_pass(world, fast, i)) meet(i);
+    if (i != fast && std::isfinite(balls_[i].radius) && may_pass(world, fast, i)) meet(i);
 }
 
 void ContactWatch::end_substep(const World& world, Real h, FindingList& found) {
@@ -297,9 +297,25 @@ void ContactWatch::end_substep(const World& world, Real h, FindingList& found) {
     });
 }
 
+/// Whether the contact lies deeper than what rests may, and whose it is.
+bool ContactWatch::is_sunk(const Contact& c) const {
+  const Real on_a = thickness_[c.slot_a], on_b = thickness_[c.slot_b];
+  const bool a_is_smaller = on_b == 0 || on_a < on_b;
+  return c.depth > shallow_[a_is_smaller ? c.slot_a : c.slot_b] && (a_is_smaller ? on_a : on_b) > 0;
+}
+
+/// What sleeps deep in something, once when it fell asleep or is first looked at.
+void ContactWatch::tell_of_sleepers(const World& world, FindingList& found) {
+  if (std::exchange(slept_for_, rest_version_) == rest_version_) return;
+  for (const Contact& c : resting_contacts_of(world))
+    if (is_sunk(c)) found.note(FindingKind::sunk, world.bodies.owners()[c.slot_a], c.depth);
+}
+
 void ContactWatch::end_step(const World& world, Real h, FindingList& found) {
   const std::vector<Contact>& contacts = contacts_of(world);
-  if (contacts.empty() || thickness_.size() != world.bodies.size()) return;
+  if (thickness_.size() != world.bodies.size()) return;
+  tell_of_sleepers(world, found);
+  if (contacts.empty()) return;
   const std::vector<std::uint32_t>& awake = partition_of(world).awake;
   for (const std::uint32_t slot : awake)
     depth_[slot] = 0, overlaps_[slot].part = overlaps_[slot].depth = 0;
@@ -309,7 +325,7 @@ void ContactWatch::end_step(const World& world, Real h, FindingList& found) {
     const Real on_a = thickness_[c.slot_a], on_b = thickness_[c.slot_b];
     const bool a_is_smaller = on_b == 0 || on_a < on_b;
     const Real thin = a_is_smaller ? on_a : on_b;
-    if (!(c.depth > shallow_[a_is_smaller ? c.slot_a : c.slot_b]) || !(thin > 0)) continue;
+    if (!is_sunk(c)) continue;
     if (Overlap& m = overlaps_[c.slot_a]; c.depth > m.part * thin)
       m.part = c.depth / thin, m.depth = c.depth;
     const auto speed_at = [](const Body& body, Vec3 point) {

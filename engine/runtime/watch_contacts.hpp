@@ -8,6 +8,10 @@
 #include "engine/runtime/finding_list.hpp"
 #include "engine/world/world.hpp"
 
+namespace pantin {
+struct Contact;
+}
+
 namespace pantin::detail {
 
 class ContactWatch {
@@ -57,6 +61,8 @@ class ContactWatch {
   bool may_pass(const World& world, std::size_t one, std::size_t two) const;
   template <class Meet>
   void each_near(const World& world, std::uint32_t fast, const Meet& meet) const;
+  bool is_sunk(const Contact& contact) const;
+  void tell_of_sleepers(const World& world, FindingList& found);
   void place_box(const World& world, std::size_t solid);
   void place_boxes(const World& world);
   std::optional<Real> passage(const World& world, const Solid& a, const Solid& b, Real h) const;
@@ -66,7 +72,8 @@ class ContactWatch {
   std::vector<std::uint32_t> fast_;   // of these, in this substep
   std::vector<std::uint32_t> first_;  // of these, by slot; one more at the end
   // Partition::rest_version at note_start(), and at that when all boxes were placed.
-  std::uint64_t rest_version_ = 0, placed_for_ = 0;
+  // The same when sleepers were looked at.
+  std::uint64_t rest_version_ = 0, placed_for_ = 0, slept_for_ = 0;
   std::vector<std::uint32_t> unbounded_;               // of them
   std::vector<Before> before_;                         // by slot
   std::vector<Real> thickness_, shallow_, rests_for_;  // by slot: m, of the thinnest shape; m; s

@@ -241,6 +241,22 @@ TEST_CASE("what held a sleeper up and goes wakes it, and what comes under it is 
   CHECK(awake(sim, s.boxes[1]) == kHigh);
 }
 
+TEST_CASE("who collides no more wakes, whatever else comes and goes") {
+  World w;
+  const Entity other = add_solid(w, ball_shape(0.1), {{5, 0.1, 0}, kIdentity}, Motion::dynamic,
+                                 Collision{.groups = 2});
+  const Entity box = add_solid(w, box_shape(Vec3(0.1)), {{0, 0.1, 0}, kIdentity}, Motion::dynamic);
+  add_ground(w, Collision{.with = 1});
+  Simulation sim = Simulation::copy_of(w);
+  for (int i = 0; i < 200; ++i) sim.step();
+  REQUIRE(is_asleep(sim.world, box));
+  sim.world.destroy(other);
+  sim.world.collisions[box].groups = 2;  // in the place of the one that is gone
+  add_solid(sim.world, ball_shape(0.1), {{9, 3, 0}, kIdentity}, Motion::dynamic);
+  for (int i = 0; i < 30; ++i) sim.step();
+  CHECK(sim.world.bodies[box].pose.position.y < -0.5);
+}
+
 TEST_CASE("a shape that takes the place of a sleeper's is felt by what touches it next") {
   const Stacks s = stacks(2);
   Simulation sim = at_rest(s.world);

@@ -85,9 +85,9 @@ struct Unchanged {
   }
   bool operator()(const Island& a, const Island& b) const {
     return a.bodies == b.bodies && a.parents == b.parents && a.settings == b.settings &&
-           a.unfit == b.unfit && has_same_anchors(a, b) && has_same_masses(a, b) &&
-           all(a.trees, b.trees) && all(a.pins, b.pins) && all(a.cables, b.cables) &&
-           all(a.links, b.links) && all(a.joints, b.joints);
+           a.unfit == b.unfit && a.rests.size() == b.rests.size() && has_same_anchors(a, b) &&
+           has_same_masses(a, b) && all(a.trees, b.trees) && all(a.pins, b.pins) &&
+           all(a.cables, b.cables) && all(a.links, b.links) && all(a.joints, b.joints);
   }
 };
 
