@@ -225,7 +225,7 @@ void each_resting(const WayFinder& s, Search& search, const Aabb& near, const Ta
 
 /// A shape of a body that a solver moves, with what rests.
 void collide_resting(const WayFinder& s, Search& search, const ColliderShape& a) {
-  each_resting(s, search, a.box.grown(s.reach_of(a.slot) + kContactSlop * a.extent),
+  each_resting(s, search, a.box.grown(s.reach_if_struck(a.slot) + kContactSlop * a.extent),
                [&](const ColliderShape& b) {
                  const bool both = s.is_moved(b.slot);
                  if (both && !asked_for(s, a.slot, b.slot)) return;
@@ -390,7 +390,7 @@ void search_contacts(World& world, std::span<const Real> reach, Real h,
   PANTIN_ASSERT(reach.size() >= world.bodies.size());
   const std::span<const Real> struck(h > 0 ? memory.scratch.struck : std::span<const Real>());
   // What sleeps may have got another shape, or collide otherwise.
-  const std::uint64_t replaced = world.shapes.replaced() + world.collisions.replaced();
+  const std::uint64_t replaced = replacements(world);
   const bool keeps = std::exchange(memory.kept_for, replaced) == replaced;
   const WayFinder s{{world, partition_of(world), reach, keeps}, h, struck};
   std::swap(memory.scratch.before, memory.contacts);

@@ -5,6 +5,11 @@
 
 namespace pantin::detail::contact {
 
+/// How often shapes and Collisions took the place of others: what sleeps is looked at again then.
+inline std::uint64_t replacements(const World& world) {
+  return world.shapes.replaced() + world.collisions.replaced();
+}
+
 /// Moves contacts of two bodies at rest from DetectScratch::before to Memory::resting, where they
 /// bear what they bore last, and those of bodies that rest no longer back.
 void part_resting(const WayFinder& finder, Memory& memory);

@@ -114,9 +114,9 @@ bool detect_contacts(World& world, const StepTask& task) {
   const auto collisions = world.collisions.values();
   // While everything sleeps and neither a kinematic body nor a belt moves, the contacts stay as
   // they are.
-  const bool is_parted = scratch.rest_version == partition_of(world).rest_version &&
-                         world.memory.of<contact::Memory>().kept_for ==
-                             world.shapes.replaced() + world.collisions.replaced();
+  const bool is_parted =
+      scratch.rest_version == partition_of(world).rest_version &&
+      world.memory.of<contact::Memory>().kept_for == contact::replacements(world);
   if (!(contacts.empty() && resting_contacts_of(world).empty()) && !scratch.stale && is_parted &&
       std::all_of(kSolvers.begin(), kSolvers.end(), asleep) &&
       std::none_of(kinematic.begin(), kinematic.end(), comes) &&
