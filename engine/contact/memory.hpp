@@ -55,7 +55,7 @@ struct Memory {
   static constexpr std::string_view name = "contact";  // in saved Worlds
   std::vector<Contact> contacts;                       // see contacts_of(), resting_contacts_of()
   std::vector<Contact> resting;
-  std::uint64_t kept_for = 0;           // Store::replaced() of the shapes when they were looked at
+  std::uint64_t kept_for = 0;           // replacements() when they were looked at
   std::vector<SensorOverlap> overlaps;  // at its end
   NearPairs near;                       // of the last step
   Scratch<DetectScratch> scratch;

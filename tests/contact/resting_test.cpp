@@ -131,3 +131,24 @@ TEST_CASE(
     falls_through();
   }
 }
+
+TEST_CASE("a thin plate stops what a striker takes along, whether it came late or was there") {
+  World w;
+  w.gravity = Vec3(0);
+  const Entity light = add_solid(w, box_shape({0.2, 0.1, 0.2}), {{0, 0.5, 0}}, Motion::dynamic);
+  const Entity heavy = add_solid(w, box_shape({0.2, 0.1, 0.2}), {{0, 0.72, 0}}, Motion::dynamic);
+  w.bodies[heavy].mass *= 80, w.bodies[heavy].inertia *= 80;
+  Simulation sim(std::move(w));
+  sim.step();
+  add_solid(sim.world, box_shape({1, 0.02, 1}), {{0, 0.13, 0}}, Motion::fixed);
+  sim.world.bodies[light].velocity = {0, -0.5, 0};
+  sim.step();
+  sim.world.bodies[heavy].velocity = {0, -30, 0};
+  Simulation copy = Simulation::copy_of(sim.world);
+  for (int i = 0; i < 8; ++i) {
+    sim.step(), copy.step();
+    CHECK(state_hash(copy.world) == state_hash(sim.world));
+  }
+  CHECK(sim.world.bodies[light].pose.position.y > 0.13);
+  CHECK(copy.world.bodies[light].pose.position.y > 0.13);
+}
