@@ -3,6 +3,7 @@
 
 #include "engine/joints/kinds.hpp"
 #include "engine/pantin/detail/findings.hpp"
+#include "engine/world/solver_list.hpp"
 
 namespace pantin {
 

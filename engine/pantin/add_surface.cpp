@@ -6,6 +6,7 @@
 #include "engine/nurbs/makers.hpp"
 #include "engine/nurbs/plane_curves.hpp"
 #include "engine/pantin/detail/findings.hpp"
+#include "engine/world/solver_list.hpp"
 #include "engine/world/surface_start.hpp"
 #include "engine/world/ties.hpp"
 

@@ -4,6 +4,7 @@
 #include "engine/joints/kinds.hpp"
 #include "engine/pantin/detail/findings.hpp"
 #include "engine/world/cable_route.hpp"
+#include "engine/world/solver_list.hpp"
 #include "engine/world/ties.hpp"
 
 namespace pantin {

@@ -5,6 +5,7 @@
 
 #include "engine/joints/kinds.hpp"
 #include "engine/pantin/detail/checks.hpp"
+#include "engine/world/solver_list.hpp"
 
 namespace pantin {
 

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "engine/solvers/solver.hpp"
+#include "engine/world/solver_list.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -16,7 +17,7 @@ Solver solver_of(const World& world, std::initializer_list<Entity> bodies) {
     return std::find(bodies.begin(), bodies.end(), world.bodies.owners()[slot]) != bodies.end();
   };
   std::uint32_t first = kNoSlot;
-  for (const IslandPlan& island : find_islands(world, row_of))
+  for (const IslandPlan& island : find_islands(world))
     if (std::any_of(island.slots.begin(), island.slots.end(), is_one))
       for (const std::uint32_t slot : island.slots)
         if (world.settings.find(world.bodies.owners()[slot])) first = std::min(first, slot);

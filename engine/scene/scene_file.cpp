@@ -9,6 +9,7 @@
 #include "engine/scene/read/json_recipe.hpp"
 #include "engine/scene/scene.hpp"
 #include "engine/world/partition.hpp"
+#include "engine/world/solver_list.hpp"
 #include "engine/world/ties.hpp"
 
 namespace pantin {
@@ -108,10 +109,8 @@ Real promised_gap(const World& world) {
   constexpr Real kTrees = 1e-12, kLoops = 1e-5;
   const auto ground = static_cast<std::uint32_t>(world.bodies.size());
   std::vector<bool> own(ground, false);
-  for (const IslandPlan& island : find_islands(world, [](Solver) { return std::uint8_t(0); })) {
-    const Solver solver = island.settings.solver;
-    const bool is_exact =
-        solver == Solver::lagrangian || solver == Solver::planar || solver == Solver::quasistatic;
+  for (const IslandPlan& island : find_islands(world)) {
+    const bool is_exact = info_of(island.settings.solver).closes_loops;
     for (const std::uint32_t slot : island.slots) own[slot] = !is_exact;
   }
   DisjointSets joined(ground + 1);

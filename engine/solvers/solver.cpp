@@ -15,12 +15,6 @@
 
 namespace pantin::detail {
 
-std::uint8_t row_of(Solver solver) {
-  if (solver == Solver::quasistatic) return kQuasistatic;
-  if (solver == Solver::planar) return kPlanar;
-  return solver == Solver::lagrangian ? kLagrangian : kArticulated;
-}
-
 namespace {
 
 /// Assigns the islands to solvers; from then on the owner of each body is known.
@@ -32,7 +26,7 @@ std::array<std::vector<IslandPlan>, kSolverCount> partition(World& world) {
   all.column.assign(world.collisions.empty() ? 0 : world.bodies.size(), Owner::kNone);
   std::array<std::vector<IslandPlan>, kSolverCount> plans;
   const std::vector<Takeover>& taken = world.memory.of<Takeovers>().list;
-  for (IslandPlan& plan : find_islands(world, row_of)) {
+  for (IslandPlan& plan : find_islands(world)) {
     PANTIN_ASSERT(plan.solver < kSolverCount &&
                   std::is_sorted(plan.slots.begin(), plan.slots.end()));
     const Entity first = world.bodies.owners()[plan.slots.front()];

@@ -13,6 +13,7 @@
 #include "engine/contact/memory.hpp"
 #include "engine/world/partition.hpp"
 #include "engine/world/report.hpp"
+#include "engine/world/solver_list.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin::detail {
@@ -75,9 +76,6 @@ struct SolverRow {
   void (*measure)(const World&, Measures&) = [](const World&, Measures&) {};
 };
 
-/// Rows of kSolvers, in the order in which solvers predict and adjust.
-enum SolverIndex : std::uint8_t { kQuasistatic, kPlanar, kLagrangian, kArticulated, kSolverCount };
-
 namespace quasistatic {
 extern const SolverRow kRow;
 }
@@ -90,11 +88,9 @@ extern const SolverRow kRow;
 namespace articulated {
 extern const SolverRow kRow;
 }
+/// By SolverIndex (engine/world/solver_list.hpp).
 inline constexpr std::array<const SolverRow*, kSolverCount> kSolvers{
     &quasistatic::kRow, &planar::kRow, &lagrangian::kRow, &articulated::kRow};
-
-/// The row of a solver setting.
-std::uint8_t row_of(Solver solver);
 
 /// If the structure changed, finds the islands and compiles them; allocates scratch memory where
 /// needed.

@@ -1,57 +1,57 @@
 #include "engine/world/faults.hpp"
 
+#include <array>
 #include <stdexcept>
 
 #include "engine/joints/kinds.hpp"
 #include "engine/world/belt.hpp"
+#include "engine/world/solver_list.hpp"
 #include "engine/world/store.hpp"
 #include "engine/world/surface_contact.hpp"
 
 namespace pantin::detail {
 namespace {
 
-constexpr unsigned bit(Solver s) { return 1u << static_cast<int>(s); }
-constexpr unsigned kAuto = bit(Solver::articulated), kExact = bit(Solver::lagrangian),
-                   kPlanar = bit(Solver::planar), kSlow = bit(Solver::quasistatic),
-                   kSweeps = bit(Solver::sweep) | bit(Solver::shake2) | bit(Solver::procedural);
-
-struct Knowledge {
+struct FeatureInfo {
   const char* name;
-  unsigned solvers;
-  const char* told;
+  bool in_plane = false;  // messages name solvers of the plane too
 };
-// By Feature. "planar" knows its own only for what stays in a plane, so that nobody is sent to it.
-// Sweeps pose: they close joints one after the other and clamp hard limits, no more.
-constexpr Knowledge kKnowledge[kFeatures] = {
-    {"a kind of joint whose bodies share no point", kExact | kPlanar, "\"lagrangian\""},
-    {"a spring", kAuto | kExact | kPlanar, "\"auto\" or \"lagrangian\""},
-    {"friction", kAuto | kExact | kPlanar, "\"auto\" or \"lagrangian\""},
-    {"a motor", kAuto | kExact | kPlanar, "\"auto\" or \"lagrangian\""},
-    {"limits with restitution", kExact, "\"lagrangian\""},
-    {"a gear", kExact | kPlanar, "\"lagrangian\""},
-    {"a soft stop", kAuto | kExact, "\"auto\" or \"lagrangian\""},
-    {"a joint drive", kAuto | kExact, "\"auto\" or \"lagrangian\""},
-    {"a cable", kAuto | kExact, "\"auto\" or \"lagrangian\""},
-    {"contact", kAuto | kExact | kPlanar | kSlow, "\"auto\" or \"lagrangian\""},
-    {"a spring pin", kAuto | kExact, "\"auto\" or \"lagrangian\""},
-    {"rolling or spinning friction, or a moving surface", kAuto | kExact,
-     "\"auto\" or \"lagrangian\""},
-    {"a ring or a pulley of a cable", kExact, "\"lagrangian\""},
-    {"a contact of surfaces", kExact, "\"lagrangian\""},
-    {"a belt", kExact | kPlanar, "\"planar\" or \"lagrangian\""},
-    {"a contact of curves", kExact | kPlanar, "\"planar\" or \"lagrangian\""},
-    {"friction of a contact of curves", kExact, "\"lagrangian\""},
-    {"a belt that slips", kPlanar, "\"planar\""},
-    {"a joint that closes a loop by more than its point", kExact | kPlanar | kSweeps,
-     "\"lagrangian\""}};
+constexpr std::array<FeatureInfo, kFeatures> kFeatureInfos{
+    {{"a kind of joint whose bodies share no point"},
+     {"a spring"},
+     {"friction"},
+     {"a motor"},
+     {"limits with restitution"},
+     {"a gear"},
+     {"a soft stop"},
+     {"a joint drive"},
+     {"a cable"},
+     {"contact"},
+     {"a spring pin"},
+     {"rolling or spinning friction, or a moving surface"},
+     {"a ring or a pulley of a cable"},
+     {"a contact of surfaces"},
+     {"a belt", true},
+     {"a contact of curves", true},
+     {"friction of a contact of curves", true},
+     {"a belt that slips", true},
+     {"a joint that closes a loop by more than its point"}}};
 
-const Knowledge& knowledge(Feature f) { return kKnowledge[static_cast<int>(f)]; }
+const FeatureInfo& info_of(Feature f) { return kFeatureInfos[static_cast<std::size_t>(f)]; }
+
+std::string told_for(Feature feature) {
+  std::string told;
+  for (const SolverScope scope : {SolverScope::plane, SolverScope::any})
+    for (const SolverInfo& s : kSolverInfos) {
+      const bool named =
+          s.scope == scope && (scope == SolverScope::any || info_of(feature).in_plane);
+      if (!named || !knows(s.solver, feature)) continue;
+      told += (told.empty() ? "\"" : " or \"") + std::string(s.name) + '"';
+    }
+  return told;
+}
 
 }  // namespace
-
-bool knows(Solver solver, Feature feature) {
-  return (knowledge(feature).solvers & bit(solver)) != 0;
-}
 
 Solver solver_for(Solver asked, Feature feature) {
   const bool leaves =
@@ -59,9 +59,17 @@ Solver solver_for(Solver asked, Feature feature) {
   return leaves ? Solver::lagrangian : asked;
 }
 
-const char* solvers_that_know(Feature feature) { return knowledge(feature).told; }
+const std::string& solvers_that_know(Feature feature) {
+  static const std::array<std::string, kFeatures> told = [] {
+    std::array<std::string, kFeatures> all;
+    for (int f = 0; f < kFeatures; ++f)
+      all[static_cast<std::size_t>(f)] = told_for(static_cast<Feature>(f));
+    return all;
+  }();
+  return told[static_cast<std::size_t>(feature)];
+}
 
-const char* name_of(Feature feature) { return knowledge(feature).name; }
+const char* name_of(Feature feature) { return info_of(feature).name; }
 
 Feature feature_of(const Belt& belt) {
   return belt.friction > 0 ? Feature::belt_friction : Feature::belt;

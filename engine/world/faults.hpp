@@ -34,38 +34,13 @@ std::vector<StructureFault> check(const World& world);
 namespace detail {
 
 struct Joint;
+enum class Feature : std::uint8_t;  // solver_list.hpp
 
-/// What not every solver knows.
-enum class Feature : std::uint8_t {
-  kind,         // a joint whose bodies do not share a point
-  spring,       // along the freedom of a joint
-  friction,     // likewise
-  motor,        // likewise
-  restitution,  // of the limits of a joint
-  ratio,        // of two joints
-  soft_stop,    // a zone before a limit
-  pose_drive,   // a joint drive
-  cable,
-  contact,
-  spring_pin,   // of a pin
-  surface,      // that moves, or that resists rolling or spinning
-  cable_guide,  // a ring or a pulley that a cable is led over
-  surface_contact,
-  belt,
-  curve_contact,  // of two curves of a plane
-  curve_friction,
-  belt_friction,
-  closing  // a joint that closes a loop, and holds more than its point
-};
-inline constexpr int kFeatures = 19;
-
-/// Which solver does what: the only place that says so.
-bool knows(Solver solver, Feature feature);
 /// The solver that steps what asks for `asked` and has the feature: "auto" leaves what it does not
 /// know to "lagrangian".
 Solver solver_for(Solver asked, Feature feature);
 /// The solvers that know it, in words: "\"lagrangian\"", "\"auto\" or \"lagrangian\"".
-const char* solvers_that_know(Feature feature);
+const std::string& solvers_that_know(Feature feature);
 /// "a spring", "a motor", "a cable" ...
 const char* name_of(Feature feature);
 

@@ -6,6 +6,7 @@
 
 #include "engine/world/closing.hpp"
 #include "engine/world/faults.hpp"
+#include "engine/world/solver_list.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin::detail {

@@ -79,7 +79,7 @@ std::vector<Entity> list_beyond(const World& world) {
 
 }  // namespace
 
-std::vector<IslandPlan> find_islands(const World& world, RowOf row_of) {
+std::vector<IslandPlan> find_islands(const World& world) {
   DisjointSets sets(world.bodies.size());
   join_tied(world, sets);
   std::vector<IslandPlan> islands = list_sets(world, sets);

@@ -11,6 +11,7 @@
 #include "engine/world/faults.hpp"
 #include "engine/world/memory.hpp"
 #include "engine/world/settings.hpp"
+#include "engine/world/solver_list.hpp"
 
 namespace pantin {
 struct World;
@@ -78,13 +79,10 @@ struct Partition {
   }
 };
 
-/// The row in kSolvers for a solver setting.
-using RowOf = std::uint8_t (*)(Solver);
-
 /// Finds all islands: what joints, surfaces, gears, belts, cables and pins tie together. The solver
 /// of an island is that of its first body with settings; "auto" leaves islands with what it does
 /// not know to "lagrangian". Islands are ordered by their lowest slot.
-std::vector<IslandPlan> find_islands(const World& world, RowOf row_of);
+std::vector<IslandPlan> find_islands(const World& world);
 
 /// The partition of the last step.
 const Partition& partition_of(const World& world);

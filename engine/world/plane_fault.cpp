@@ -5,6 +5,7 @@
 #include "engine/world/faults.hpp"
 #include "engine/world/flat.hpp"
 #include "engine/world/partition.hpp"
+#include "engine/world/solver_list.hpp"
 #include "engine/world/special_surface.hpp"
 #include "engine/world/world.hpp"
 
@@ -112,7 +113,7 @@ std::string plane_fault(const World& world, Entity body) {
   if (slot == kNoSlot || world.bodies.values()[slot].motion != Motion::dynamic)
     return "is no dynamic body";
   Flat flat{world, std::vector<bool>(world.bodies.size(), false)};
-  for (const IslandPlan& island : find_islands(world, [](Solver) { return std::uint8_t(0); }))
+  for (const IslandPlan& island : find_islands(world))
     if (std::find(island.slots.begin(), island.slots.end(), slot) != island.slots.end())
       for (const std::uint32_t of : island.slots) flat.own[of] = true;
   bool is_solid = false;

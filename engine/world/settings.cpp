@@ -1,8 +1,8 @@
 #include "engine/world/settings.hpp"
 
-#include <array>
 #include <string_view>
-#include <utility>
+
+#include "engine/world/solver_list.hpp"
 
 namespace pantin {
 
@@ -10,31 +10,18 @@ using namespace detail;
 
 namespace {
 
-constexpr std::array<std::pair<Solver, const char*>, 7> kNames{
-    {{Solver::articulated, "auto"},
-     {Solver::sweep, "sweep"},
-     {Solver::shake2, "shake2"},
-     {Solver::procedural, "procedural"},
-     {Solver::lagrangian, "lagrangian"},
-     {Solver::planar, "planar"},
-     {Solver::quasistatic, "quasistatic"}}};
-
 // The bounds of the scene keys: a larger count is as good as endless.
 constexpr int kMostSweeps = 10'000;
 
 }  // namespace
 
-const char* name_of(Solver solver) {
-  for (const auto& [value, name] : kNames)
-    if (value == solver) return name;
-  return "?";
-}
+const char* name_of(Solver solver) { return info_of(solver).name.data(); }
 
 bool solver_from_name(const char* name, Solver& solver) {
   if (!name) return false;
-  for (const auto& [value, known] : kNames)
-    if (std::string_view(name) == known) {
-      solver = value;
+  for (const SolverInfo& known : kSolverInfos)
+    if (known.name == name) {
+      solver = known.solver;
       return true;
     }
   return false;

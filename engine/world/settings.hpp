@@ -74,7 +74,7 @@ struct SolverSettings {
   }
 };
 
-/// "auto", "sweep", "shake2", "procedural", "lagrangian", "planar", "quasistatic".
+/// Its word in files: "auto", "lagrangian" ...
 const char* name_of(Solver solver);
 /// False for any other word; `solver` is then unchanged.
 bool solver_from_name(const char* name, Solver& solver);

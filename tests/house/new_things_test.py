@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""A new kind of joint, of path, a new integrator: one file and one word in a list. CONTRIBUTING.md is
-followed to the letter in a copy of the engine, which is built and tried."""
+"""A new kind of joint, of path, of event, a new integrator: one file and one word in a list. A new
+solver: a folder and two rows. CONTRIBUTING.md is followed to the letter in a copy of the engine, which is
+built and tried."""
 import os
 import pathlib
 import re
@@ -23,6 +24,9 @@ GUIDES = {
         "engine/world/events/place.hpp", "engine/world/timed_event.hpp"],
     "## Add an integrator of the exact solver": [
         "engine/solvers/lagrangian/midpoint.cpp", "engine/world/integrators.hpp"],
+    "## Add a solver": [
+        "engine/solvers/ballistic/row.cpp", "engine/world/settings.hpp",
+        "engine/world/solver_list.hpp", "engine/solvers/solver.hpp"],
 }
 
 PROGRAM = r"""
@@ -120,8 +124,32 @@ int try_any_joint(const World& from_file) {
   return 0;
 }
 
+/// A projectile under a new solver, and what it does not know.
+int try_solver(const char* file) {
+  const auto scene = load_scene(file);
+  if (!scene) return std::printf("%s\n", scene.errors().front().message.c_str()), 1;
+  REQUIRE(scene->warnings.empty());
+  Simulation simulation(scene->world, {1.0 / 60});
+  for (int i = 0; i < 60; ++i) REQUIRE(simulation.step().status == Status::ok);
+  const Vec3 at = simulation.world.bodies.values()[0].pose.position;
+  const double off = glm::length(at - Vec3(3, 4 + scene->world.gravity.y / 2, 0));
+  std::printf("off the parabola by %.2g m\n", off);
+  REQUIRE(off < 1e-12);
+  World tied = scene->world;
+  const auto hook = tied.add(RigidBody{.motion = Motion::fixed});
+  REQUIRE(hook && tied.add(BallJoint{.a = *hook, .b = tied.bodies.owners()[0]}));
+  REQUIRE(check(tied).size() == 1);
+  REQUIRE(detail::scene_schema().find("projectiles along exact parabolas.") != std::string::npos);
+  const auto refused = parse_scene(R"({"version": 1, "solver": {"type": "ballistic"}, "bodies": [
+    {"name": "a", "shape": {"type": "sphere", "radius": 1}}, {"name": "b", "position": [3, 0, 0], "shape": {"type": "sphere", "radius": 1}}],
+    "cables": [{"a": "a", "b": "b"}]})", "r.json");
+  REQUIRE(!refused && refused.errors().front().message.find("solved by \"ballistic\"") != std::string::npos);
+  return 0;
+}
+
 int main(int, char** arguments) {
   if (try_path(arguments[2]) != 0 || try_event(arguments[3]) != 0) return 1;
+  if (try_solver(arguments[4]) != 0) return 1;
   const auto scene = load_scene(arguments[1]);
   if (!scene) return std::printf("%s\n", scene.errors().front().message.c_str()), 1;
   REQUIRE(scene->warnings.empty());
@@ -183,10 +211,20 @@ endif()
 
 
 def steps(heading):
-    """The files of a part of the guide, as {path: text}, in its order."""
+    """The blocks of a part of the guide in its order: language, path, text."""
     guide = (ROOT / "CONTRIBUTING.md").read_text()
     part = guide.split(heading)[1].split("\n## ")[0]
-    return dict(re.findall(r"^```\w+ (\S+)\n(.*?)^```$", part, re.M | re.S))
+    return re.findall(r"^```(\w+) (\S+)\n(.*?)^```$", part, re.M | re.S)
+
+
+def patch(path, text):
+    """Lines that begin with - or a space are there once; they become those with + or a space."""
+    lines = text.splitlines(keepends=True)
+    before = "".join(line[1:] for line in lines if line[0] in " -")
+    now = path.read_text()
+    if now.count(before) != 1:
+        raise AssertionError(f"{path} does not hold once:\n{before}")
+    path.write_text(now.replace(before, "".join(line[1:] for line in lines if line[0] in " +")))
 
 
 def add_to_list(path, lines):
@@ -213,18 +251,21 @@ class NewThings(unittest.TestCase):
         return {p: p.read_bytes() for p in (self.there / "engine").rglob("*") if p.is_file()}
 
     def follow(self, heading, expected):
-        files = steps(heading)
-        self.assertEqual([name for name in files if name.startswith("engine/")], expected)
+        blocks = steps(heading)
+        files = dict.fromkeys(name for _, name, _ in blocks if name.startswith("engine/"))
+        self.assertEqual(list(files), expected)
         before = self.contents()
-        for name, text in files.items():
+        for language, name, text in blocks:
             path = self.there / name
             path.parent.mkdir(parents=True, exist_ok=True)
-            if path.exists():
+            if language == "diff":
+                patch(path, text)
+            elif path.exists():
                 add_to_list(path, text)
             else:
                 path.write_text(text)
         touched = [p for p, now in self.contents().items() if before.get(p) != now]
-        self.assertLessEqual(len(touched), 2, touched)
+        self.assertEqual(len(touched), len(expected), touched)
         print(heading[3:] + ":", ", ".join(sorted(str(p.relative_to(self.there)) for p in touched)))
 
     def test_are_one_file_and_one_word(self):
@@ -248,7 +289,8 @@ class NewThings(unittest.TestCase):
                        *[LEFT_OUT.format(f) for f in ("RENDER", "PROGRAM", "VIEW", "DEMOS", "TESTS")])
         self.run_there("cmake", "--build", "built", "--parallel", str(os.cpu_count() or 1))
         print(self.run_there("built/tried", "assets/scenes/ring.json",
-                             "assets/scenes/circle.json", "assets/scenes/place.json"), end="")
+                             "assets/scenes/circle.json", "assets/scenes/place.json",
+                             "assets/scenes/thrown.json"), end="")
         if (self.there / "built/contract").exists():
             print(self.run_there("built/contract").strip().splitlines()[-1])
 

@@ -9,6 +9,7 @@
 
 #include "engine/runtime/save.hpp"
 #include "engine/world/faults.hpp"
+#include "engine/world/solver_list.hpp"
 #include "engine/world/ties.hpp"
 
 using namespace pantin;

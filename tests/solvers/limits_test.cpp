@@ -13,7 +13,7 @@ using namespace pantin::test;
 namespace {
 
 /// Joint axes whose x is the body's z: planar hinges.
-const Quat kPlanar = from_rotation_vector({0, -kPi / 2, 0});
+const Quat kTurnedUp = from_rotation_vector({0, -kPi / 2, 0});
 /// ... whose x runs down a link of chain(): cones about the limb.
 const Quat kAlong = from_rotation_vector({0, 0, -kPi / 2});
 
@@ -21,7 +21,7 @@ World jointed_chain(const ChainSpec& spec, JointKind kind, const JointLimits& li
   World w = chain(spec);
   for (std::size_t i = 0; i < w.links.size(); ++i) {
     Joint& j = w.links.values()[i].joint;
-    if (kind != JointKind::ball) j.kind = kind, j.frames.set(kPlanar, kPlanar);
+    if (kind != JointKind::ball) j.kind = kind, j.frames.set(kTurnedUp, kTurnedUp);
     if (i == 0 || !limits.any()) continue;
     j.limits = limits;
     if (kind == JointKind::ball) j.frames.set(kAlong, kAlong);
@@ -140,7 +140,7 @@ TEST_CASE("a blow against a stop is inelastic: both sides take it, as closed for
     w.bodies[a].angular_velocity = {0, 0, -1};
     Joint j;
     j.anchor_a = {0.5, 0, 0}, j.anchor_b = {-0.5, 0, 0}, j.kind = JointKind::hinge;
-    j.frames.set(kPlanar, kPlanar);
+    j.frames.set(kTurnedUp, kTurnedUp);
     JointLimits limits;
     limits.angle = {true, -0.3, 0.3};
     j.limits = limits;
@@ -235,7 +235,7 @@ TEST_CASE("a soft zone brakes before the stop") {
     World w = chain(spec);
     Joint& j = w.links.values()[0].joint;
     j.kind = JointKind::hinge;
-    j.frames.set(kPlanar, kPlanar);
+    j.frames.set(kTurnedUp, kTurnedUp);
     JointLimits limits;
     limits.angle = {true, -0.2, 2};
     limits.soft_zone = 0.5, limits.soft_stiffness = stiffness,
@@ -265,7 +265,7 @@ TEST_CASE("a drive holds a rod level against its weight, and no harder than it m
   World w = chain(spec);
   const Entity link = w.links.owners()[0];
   w.links[link].joint.kind = JointKind::hinge;
-  w.links[link].joint.frames.set(kPlanar, kPlanar);
+  w.links[link].joint.frames.set(kTurnedUp, kTurnedUp);
   JointDrive drive;
   drive.target = from_rotation_vector({kPi / 2, 0, 0}), drive.stiffness = 50, drive.damping = 5;
   w.joint_drives.add(link, drive);
@@ -298,7 +298,7 @@ TEST_CASE("a drive follows its keys, and any stiffness is stable") {
     World w = chain(spec);
     const Entity link = w.links.owners()[0];
     w.links[link].joint.kind = JointKind::hinge;
-    w.links[link].joint.frames.set(kPlanar, kPlanar);
+    w.links[link].joint.frames.set(kTurnedUp, kTurnedUp);
     JointDrive drive;
     drive.stiffness = stiffness, drive.damping = 0.1 * stiffness;
     for (int k = 0; k <= 8; ++k)

@@ -8,6 +8,7 @@
 #include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/solver.hpp"
+#include "engine/world/solver_list.hpp"
 #include "engine/world/ties.hpp"
 #include "tests/runtime/puppets.hpp"
 

@@ -250,10 +250,10 @@ std::vector<std::pair<Solver, std::size_t>> solvers_in_use(const World& world) {
     add(a.settings.solver, a.count());
   for (const lagrangian::Island& m : lagrangian::islands_of(world))
     add(m.settings.solver, m.count());
-  for (std::uint32_t slot = 0; slot < world.bodies.size(); ++slot)
-    if (is_solved_by(kPlanar, world, slot)) add(Solver::planar, 1);
-  for (std::uint32_t slot = 0; slot < world.bodies.size(); ++slot)
-    if (is_solved_by(kQuasistatic, world, slot)) add(Solver::quasistatic, 1);
+  for (const SolverInfo& s : kSolverInfos)
+    for (std::uint32_t slot = 0; slot < world.bodies.size(); ++slot)
+      if (s.row != kArticulated && s.row != kLagrangian && is_solved_by(s.row, world, slot))
+        add(s.solver, 1);
   if (used.empty()) add(world.default_settings.solver, 0);
   return used;
 }

@@ -46,6 +46,8 @@ struct SceneChoices {
 };
 /// --solver, --integrator, --tolerance, --stabilisation, --step, --substeps, --duration, with their
 /// bounds.
+/// The words of the solvers that a whole scene may be given.
+std::vector<std::string> solver_words();
 void add_scene_choices(const Subcommand& command, SceneChoices& choices);
 /// --threads.
 void add_threads(const Subcommand& command, int& threads);

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>  // join, since fmt 11
 
+#include "engine/world/solver_list.hpp"
 #include "tools/pantin/command_line.hpp"
 #include "tools/pantin/program.hpp"
 
@@ -10,18 +11,28 @@ namespace {
 
 /// The solver's name today for a word of the command line; warns of an old one.
 std::string solver_of_today(const std::string& word) {
-  if (word != "paper") return word;
-  print_error("warning: --solver: \"paper\" is called \"procedural\" today");
-  return "procedural";
+  for (const SolverInfo& s : kSolverInfos)
+    if (!s.once.empty() && word == s.once) {
+      print_error(fmt::format("warning: --solver: \"{}\" is called \"{}\" today", word, s.name));
+      return std::string(s.name);
+    }
+  return word;
 }
 
 }  // namespace
 
+std::vector<std::string> solver_words() {
+  std::vector<std::string> words;
+  for (const SolverInfo& s : kSolverInfos)
+    if (s.scope != SolverScope::laminas) words.emplace_back(s.name);
+  return words;
+}
+
 void add_scene_choices(const Subcommand& command, SceneChoices& choices) {
   command
       .option("--solver", choices.solver,
-              "auto, sweep, shake2, procedural, lagrangian or planar; for the whole scene")
-      .one_of({"auto", "sweep", "shake2", "procedural", "lagrangian", "planar"})
+              fmt::format("{}; for the whole scene", fmt::join(solver_words(), ", ")))
+      .one_of(solver_words())
       .read_as(solver_of_today);
   const std::vector<std::string> integrators(std::begin(kIntegratorNames),
                                              std::end(kIntegratorNames));

@@ -194,7 +194,7 @@ void add_view(CommandLine& program) {
       .type("FILE:.json");
   command.option("--size", o->size, "in pixels; by default the scene's").type("WIDTHxHEIGHT");
   command.option("--beside", o->beside, "a second solver that runs beside the scene's own")
-      .one_of({"auto", "sweep", "shake2", "procedural", "lagrangian", "planar"});
+      .one_of(solver_words());
   command
       .option("--panel", o->panel,
               "buttons, sliders and plots: on, off, or auto: with a user, not with a script")

@@ -1,5 +1,6 @@
 #pragma once
 // The viewer without a window: what it shows and what keys, the mouse and the panel do to it.
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <memory>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "engine/scene/scene.hpp"
+#include "engine/world/solver_list.hpp"
 #include "tools/pantin/view_acts.hpp"
 #include "tools/pantin/view_files.hpp"
 #include "tools/pantin/view_knobs.hpp"
@@ -24,6 +26,18 @@ inline constexpr std::string_view kKeys[]{
     "space", ".",    "[",     "]",  "1",    "2",       "3",         "4", "5", "o",     "r",   "s",
     "h",     "q",    "w",     "f",  "l",    "x",       "p",         "b", "c", "v",     "tab", "f5",
     "home",  "left", "right", "up", "down", "page_up", "page_down", "+", "-", "escape"};
+
+/// The solvers that the window offers: those that any scene can be tried with.
+inline constexpr auto kOfferedSolvers = [] {
+  constexpr auto is_offered = [](const SolverInfo& s) {
+    return s.scope == SolverScope::any || s.scope == SolverScope::posing;
+  };
+  std::array<Solver, std::ranges::count_if(kSolverInfos, is_offered)> offered{};
+  auto at = offered.begin();
+  for (const SolverInfo& s : kSolverInfos)
+    if (is_offered(s)) *at++ = s.solver;
+  return offered;
+}();
 
 enum class MouseButton : std::uint8_t { left, middle, right };
 struct KeysHeld {

@@ -17,9 +17,6 @@ constexpr double kClick = 3;         // pixels: what moves less was no drag
 constexpr double kKeyTurn = 40;      // pixels of the mouse that an arrow key stands for
 constexpr double kPixelsAcross = 8;  // a click of a sideways wheel likewise
 
-constexpr Solver kSolvers[]{Solver::articulated, Solver::sweep, Solver::shake2, Solver::procedural,
-                            Solver::lagrangian};
-
 }  // namespace
 
 Desk::Place Desk::place(double x, double y) const {
@@ -123,8 +120,8 @@ void Desk::look_under_mouse() {
 
 void Desk::key(std::string_view name) {
   stale = true;
-  if (name.size() == 1 && name[0] >= '1' && name[0] <= '5')
-    return choose(kSolvers[name[0] - '1'], held_.shift ? 1 : 0);
+  if (name.size() == 1 && name[0] >= '1' && name[0] - '1' < std::ssize(kOfferedSolvers))
+    return choose(kOfferedSolvers[static_cast<std::size_t>(name[0] - '1')], held_.shift ? 1 : 0);
   if (looks_key(name)) return;
   if (name == "space") paused = !paused;
   if (name == ".") single_step();

@@ -15,8 +15,6 @@ using namespace detail;
 namespace {
 
 constexpr float kNames = 138;  // pixels from the left, where a slider's name stands
-constexpr Solver kSolvers[]{Solver::articulated, Solver::sweep, Solver::shake2, Solver::procedural,
-                            Solver::lagrangian};
 
 void line(const std::string& text) { ImGui::TextUnformatted(text.c_str()); }
 
@@ -55,7 +53,7 @@ void lay_out_solver(Desk& desk, const char* name, std::size_t pane) {
   ImGui::SetNextItemWidth(kNames);
   if (!ImGui::BeginCombo(name, now.c_str())) return;
   if (pane > 0 && ImGui::Selectable("none", !is_there)) desk.compare(std::nullopt);
-  for (const Solver solver : kSolvers) {
+  for (const Solver solver : kOfferedSolvers) {
     const char* word = pantin::name_of(solver);
     if (!ImGui::Selectable(word, now == word)) continue;
     if (is_there)

@@ -17,7 +17,7 @@ struct Choice {
 
 std::vector<Choice> choices_for(const World& world) {
   std::vector<Choice> choices;
-  for (const IslandPlan& island : find_islands(world, [](Solver) { return std::uint8_t(0); })) {
+  for (const IslandPlan& island : find_islands(world)) {
     const auto has_own = [&](std::uint32_t slot) {
       return world.settings.find(world.bodies.owners()[slot]) != nullptr;
     };

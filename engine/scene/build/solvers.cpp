@@ -10,6 +10,7 @@
 #include "engine/scene/build/build.hpp"
 #include "engine/world/faults.hpp"
 #include "engine/world/holds.hpp"
+#include "engine/world/solver_list.hpp"
 
 namespace pantin::detail {
 namespace {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/scene/keys/keys.hpp"
+#include "engine/world/solver_list.hpp"
 #include "engine/world/timed_event.hpp"
 
 namespace pantin::detail {
@@ -14,8 +15,6 @@ using namespace rows;
 
 constexpr Range kMoment{0, 1e6, "a time in seconds from 0 to 1e6"};
 constexpr Range kRepeat{kShortestRepeat, 1e6, "a time in seconds from 1e-3 to 1e6"};
-constexpr std::string_view kSolverWords[] = {"auto",       "sweep",  "shake2",     "procedural",
-                                             "lagrangian", "planar", "quasistatic"};
 
 /// What stands under keys of a form, in the order of the forms.
 struct FormInfo {
@@ -63,7 +62,7 @@ Key key_of(const EventKey& from, const auto& member) {
   Key key = row(from.key, form.type, from.unit, from.about).within(form.range);
   key.expected = from.needed.empty() ? from.names : from.needed;
   key.is_needed = !from.needed.empty();
-  if (from.form == EventForm::solver) key.words = kSolverWords;
+  if (from.form == EventForm::solver) key.words = kSolverNames;
   return from.tells_default ? or_else(key, member) : key;
 }
 

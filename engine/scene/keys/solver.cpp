@@ -1,5 +1,10 @@
 // Keys of solver settings.
+#include <algorithm>
+#include <array>
+#include <string_view>
+
 #include "engine/scene/read/read.hpp"
+#include "engine/world/solver_list.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -7,20 +12,34 @@ namespace {
 using namespace rows;
 using S = SolverSettings;
 
-constexpr std::string_view kSolvers[] = {"auto",       "sweep",  "shake2",     "procedural",
-                                         "lagrangian", "planar", "quasistatic"};
-constexpr std::string_view kOldSolvers[] = {"", "", "", "paper", "", "", ""};
+constexpr auto kOldSolvers = [] {
+  std::array<std::string_view, kSolverInfos.size()> words{};
+  for (std::size_t i = 0; i < words.size(); ++i) words[i] = kSolverInfos[i].once;
+  return words;
+}();
+
+/// "auto: dynamics, stable at any step. sweep: ..."
+constexpr auto kAbouts = [] {
+  constexpr std::size_t size = [] {
+    std::size_t all = 0;
+    for (const SolverInfo& s : kSolverInfos) all += s.name.size() + s.about.size() + 3;
+    return all - 1;
+  }();
+  std::array<char, size> text{};
+  auto at = text.begin();
+  for (const SolverInfo& s : kSolverInfos)
+    for (const std::string_view piece :
+         {s.solver == Solver{} ? std::string_view{} : std::string_view{" "}, s.name,
+          std::string_view{": "}, s.about})
+      at = std::copy(piece.begin(), piece.end(), at);
+  return text;
+}();
+
 constexpr std::string_view kStabilisations[] = {"projection", "baumgarte", "none"};
 constexpr std::string_view kReluctances[] = {"inertia_over_mass", "literal_step"};
 
 constexpr Key kSolver[] = {
-    word<&S::solver>(
-        "type", kSolvers,
-        "auto: dynamics, stable at any step. sweep: kinematic posing. shake2: accurate at small "
-        "steps. procedural: the rotation rule as printed by Lee et al. (2000), for comparison. "
-        "lagrangian: exact joints of every kind, by forces of constraint. planar: bodies that stay "
-        "in the plane of x and y, by Box2D, with joints closed exactly. quasistatic: laminas, "
-        "which have it without being told.")
+    word<&S::solver>("type", kSolverNames, std::string_view(kAbouts.data(), kAbouts.size()))
         .once_words(kOldSolvers),
     number<&S::rotation_stiffness>("rotation_stiffness", "", kNotNegative,
                                    "Of sweep: 0 swings, large values slide.")

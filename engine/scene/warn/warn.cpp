@@ -9,6 +9,7 @@
 #include "engine/scene/build/build.hpp"
 #include "engine/scene/build/cable_route.hpp"
 #include "engine/world/faults.hpp"
+#include "engine/world/solver_list.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -24,8 +25,7 @@ struct Exact {
   const BuiltScene& built;
   const std::vector<Solver>& solvers;
   bool has(std::uint32_t body) const {
-    return built.is_dynamic(body) &&
-           (solvers[body] == Solver::lagrangian || solvers[body] == Solver::planar);
+    return built.is_dynamic(body) && info_of(solvers[body]).closes_loops;
   }
   bool has(const BuiltJoint& joint) const { return has(joint.a) || has(joint.b); }
 };
@@ -125,7 +125,6 @@ void warn_of_turns(const BuiltScene& built, BuildMessages& messages) {
 /// What a solver does not know, but does not keep a scene from being run: a line for each.
 void warn_of_unknown(const BuiltScene& built, const Exact& exact, Solver solver,
                      BuildMessages& messages) {
-  const bool is_exact = solver == Solver::lagrangian || solver == Solver::planar;
   const std::string who = std::string("but the solver \"") + name_of(solver) + "\" does not know ";
   std::size_t solid = 0;
   const BuiltBody* first = nullptr;
@@ -146,7 +145,8 @@ void warn_of_unknown(const BuiltScene& built, const Exact& exact, Solver solver,
         exact.solvers[mover] == solver && !knows(solver, Feature::soft_stop))
       messages.warn(j.at, "soft",
                     "joint " + quoted(j.name) + " has a soft stop, " + who +
-                        (is_exact ? "them yet; " : "them; ") + "the stop is hard");
+                        (info_of(solver).closes_loops ? "them yet; " : "them; ") +
+                        "the stop is hard");
   }
 }
 
@@ -291,9 +291,7 @@ void warn_of_structure(const BuiltScene& built, const std::vector<Solver>& solve
   const Exact exact{built, solvers};
   warn_of_joints(built, exact, messages);
   warn_of_loops(built, exact, messages);
-  for (Solver solver :
-       {Solver::lagrangian, Solver::planar, Solver::sweep, Solver::shake2, Solver::procedural})
-    warn_of_unknown(built, exact, solver, messages);
+  for (const SolverInfo& by : kSolverInfos) warn_of_unknown(built, exact, by.solver, messages);
   warn_of_turns(built, messages);
   warn_of_strings(built, messages);
   Reach(built).warn(messages);

@@ -298,6 +298,21 @@ struct StepScratch : EquationScratch, MotionScratch, IntegratorScratch, ForceScr
   std::uint32_t worst_relative_block = 0;
 };
 
+/// Surface joints of an island, by touch.
+struct TouchStructure {
+  std::vector<std::uint32_t> touch_sources;  // slots in World::surface_contacts
+  std::vector<std::uint32_t> touch_blocks;   // blocks of their gaps
+  std::vector<SurfaceWays> touch_ways;       // of those that roll as their curves say
+  bool rubs = false;                         // any friction of surfaces that touch
+
+  static void fields(auto& self, auto&& field) {
+    field("touch_sources", derived(self.touch_sources));
+    field("touch_blocks", derived(self.touch_blocks));
+    field("touch_ways", derived(self.touch_ways));
+    field("rubs", derived(self.rubs));
+  }
+};
+
 /// Structure of an island: constant within a step.
 struct IslandStructure {
   SolverSettings settings;
@@ -311,16 +326,12 @@ struct IslandStructure {
   std::vector<Block> elastic_paths;  // elastic cables over guides, as forces
   std::vector<std::uint8_t> places;  // of cables over guides: bodies of their blocks, a to b
   std::size_t rows = 0, vectors = 0;
-  std::size_t joint_force_rows = 0;          // rows of joint forces
-  Real size = 0;                             // m, scales tolerances
-  Real reach = 0;                            // m, the longest arm of a joint
-  bool loops = false;                        // closed loops: rows may be dependent
-  bool unilateral = false;                   // limits, cables or surfaces that may lift off
-  bool rolls = false;                        // rows that are no constraints of poses
-  std::vector<std::uint32_t> touch_sources;  // slots in World::surface_contacts, by touch
-  std::vector<std::uint32_t> touch_blocks;   // blocks of their gaps
-  std::vector<SurfaceWays> touch_ways;       // of those that roll as their curves say
-  bool rubs = false;                         // friction of surfaces that touch
+  std::size_t joint_force_rows = 0;  // rows of joint forces
+  Real size = 0;                     // m, scales tolerances
+  Real reach = 0;                    // m, the longest arm of a joint
+  bool loops = false;                // closed loops: rows may be dependent
+  bool unilateral = false;           // limits, cables or surfaces that may lift off
+  bool rolls = false;                // rows that are no constraints of poses
   bool damped = false;
   Entity unfit;  // a body that no step can be computed with, or none
 
@@ -346,10 +357,6 @@ struct IslandStructure {
     field("loops", derived(self.loops));
     field("unilateral", derived(self.unilateral));
     field("rolls", derived(self.rolls));
-    field("touch_sources", derived(self.touch_sources));
-    field("touch_blocks", derived(self.touch_blocks));
-    field("touch_ways", derived(self.touch_ways));
-    field("rubs", derived(self.rubs));
     field("damped", derived(self.damped));
     field("unfit", derived(self.unfit));
   }
@@ -402,7 +409,7 @@ struct StepResult {
   bool cannot_close = false;  // the joints of the initial pose cannot be closed
 };
 
-struct Island : IslandStructure, IslandMemory, StepResult {
+struct Island : IslandStructure, TouchStructure, IslandMemory, StepResult {
   Scratch<StepScratch> scratch;
 
   std::size_t count() const { return bodies.size(); }
@@ -412,6 +419,7 @@ struct Island : IslandStructure, IslandMemory, StepResult {
   // The result belongs to one step.
   static void fields(auto& self, auto&& field) {
     IslandStructure::fields(self, field);
+    TouchStructure::fields(self, field);
     IslandMemory::fields(self, field);
     field("scratch", derived(self.scratch));
   }
