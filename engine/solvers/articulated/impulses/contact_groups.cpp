@@ -1,4 +1,5 @@
-// Which bodies and trees touch, and how they enter and leave their step (step_group.cpp).
+// Forms groups of touching bodies and trees, writes their results, lets them sleep
+// (step_group.cpp).
 #include <algorithm>
 #include <optional>
 #include <utility>
@@ -15,14 +16,14 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Of that overlap: what is left to take up when bodies fall asleep.
+/// Error of Contact::rest at which bodies may fall asleep, as a fraction of the shallow overlap.
 constexpr Real kSettled = 5e-4;
-/// Sleep conserves forces as they are: it waits until hardly anything moves, but not for ever (s).
+/// Sleep freezes forces: it waits until speeds fall below this fraction, or for this time, s.
 constexpr Real kDead = 1e-3, kPatience = 3;
-/// In a heap a body may spin so many times faster, on the spot, and be still.
+/// In a heap, bodies spinning in place may sleep at a spin this many times larger.
 constexpr Real kSpinsInHeap = 10;
 
-/// Of a group.
+/// Flags of a group.
 constexpr std::uint8_t kOtherMethod = 1, kAwake = 2;
 
 bool can_join(const Island& a) {
@@ -37,7 +38,7 @@ bool is_mutual(const World& world, const Contact& c) {
   return is_own(world, c.slot_a) && is_own(world, c.slot_b);
 }
 
-/// Joins the islands of those contacts.
+/// Joins the islands of both bodies of each contact.
 void join_touching(const World& world, std::span<const Contact> contacts, DisjointSets& sets) {
   const Partition& partition = partition_of(world);
   for (const Contact& c : contacts)
@@ -45,8 +46,8 @@ void join_touching(const World& world, std::span<const Contact> contacts, Disjoi
       sets.join(owner_of(partition, c.slot_a).island, owner_of(partition, c.slot_b).island);
 }
 
-/// The groups of the islands that are awake, and of sleeping ones that something touches, and what
-/// they hold. Whether one of the latter has to wake.
+/// Sets group and flags of the islands that are awake and of sleeping ones that are touched.
+/// Returns whether one of the latter has to wake.
 bool list_groups(const World& world, GroupScratch& r) {
   const Islands& all = world.memory.of<Islands>();
   r.flags.assign(all.list.size(), 0);
@@ -61,7 +62,7 @@ bool list_groups(const World& world, GroupScratch& r) {
   return std::any_of(all.rest.touched.begin(), all.rest.touched.end(), wakes);
 }
 
-/// Wakes all that touches somebody awake, and what that touches; their contacts count again.
+/// Wakes all islands connected to an awake one by contacts, and releases their resting contacts.
 void wake_groups(World& world, GroupScratch& r, Real h) {
   Islands& all = world.memory.of<Islands>();
   rest_lists(world);
@@ -100,7 +101,7 @@ void plan_contact_groups(World& world, Real h) {
 
 namespace {
 
-/// A body of its island. False if it is lost.
+/// Writes a body back to the world. False if it is lost: not finite or too far away.
 bool write_body(World& world, Island& a, std::size_t column, const GroupBody& f) {
   PANTIN_ASSERT(column < a.count() && a.slots[column] == f.slot);
   Body& b = world.bodies.values()[f.slot];
@@ -117,7 +118,7 @@ bool write_body(World& world, Island& a, std::size_t column, const GroupBody& f)
   return true;
 }
 
-/// What passed through a joint, for reports and for other methods.
+/// Writes the reactions of a joint, for reports and for other methods.
 void write_joint(World& world, Island& a, const GroupNode& n, Real h) {
   if (n.free_root) return;
   PANTIN_ASSERT(n.column < a.count() && (!n.joint || n.joint == &a.joints[n.column]));
@@ -134,7 +135,7 @@ void write_joint(World& world, Island& a, const GroupNode& n, Real h) {
   a.drives_capped += drive.capped;
 }
 
-/// Bodies and joints of the group's islands, and what their next step starts from.
+/// Writes back bodies, joints and warm starts of the group's islands.
 void write_group(World& world, const Group& g, Real h) {
   std::vector<Island>& list = islands_of(world);
   for (const GroupTree& t : g.trees) list[t.island].energy_removed += t.energy_removed;
@@ -174,7 +175,7 @@ void write_contact(World& world, const Group& g, const GroupContact& f, Real h) 
   if (f.rolling != kNoNode) {
     PANTIN_ASSERT(f.rolling < g.rollings.size());
     const GroupRolling& r = g.rollings[f.rolling];
-    const Real share = Real(1) / r.count;  // each point of it has as much
+    const Real share = Real(1) / r.count;  // each point has an equal share
     c.torque_lambda = share * h * h * to_world(r, r.impulse);
     c.torque = share / h * to_world(r, r.passed);
   }
@@ -184,24 +185,24 @@ void write_contact(World& world, const Group& g, const GroupContact& f, Real h) 
   c.depth = std::max(Real(0), -f.gap);
 }
 
-/// Whether the springs of a group have taken up their loads.
+/// Whether Contact::rest has converged to the compression under load at all contacts.
 bool is_settled(std::span<const GroupContact> contacts) {
   return std::all_of(contacts.begin(), contacts.end(),
                      [](const GroupContact& c) { return c.settling <= kSettled * c.shallow; });
 }
 
-/// Whether something is still being pushed apart with speed.
+/// Whether an overlap is so deep that it is still being separated with speed.
 bool is_deep(std::span<const GroupContact> contacts) {
   return std::any_of(contacts.begin(), contacts.end(),
                      [](const GroupContact& c) { return c.gap < -c.shallow - c.rest; });
 }
 
-/// What a belt runs under is carried along, or rubs.
+/// Whether a moving surface acts on this contact: it carries bodies along, or slips under them.
 bool bears_moving_surface(const GroupContact& c) {
   return c.passed.x > 0 && (c.surface_first != 0 || c.surface_second != 0);
 }
 
-/// A group sleeps once all of it has been still for long enough.
+/// Puts a group to sleep once all of it has been still for long enough.
 void let_sleep(World& world, const Group& g, Real h) {
   std::vector<Island>& list = islands_of(world);
   for (const GroupContact& c : g.contacts) {
@@ -211,7 +212,7 @@ void let_sleep(World& world, const Group& g, Real h) {
   }
   const bool settled = is_settled(g.contacts), deep = is_deep(g.contacts);
   bool still = std::none_of(g.contacts.begin(), g.contacts.end(), bears_moving_surface);
-  bool rested = false;  // the island that is looked at; among trees arms may swing for long
+  bool rested = false;  // current island; among trees, arms may swing for long
   const bool is_heap = g.trees.empty() && !g.has_at_most(kFewBodies);
   const Real turning = is_heap ? kSpinsInHeap * kTurning : kTurning;
   for (const GroupBody& f : g.bodies) {

@@ -22,10 +22,10 @@ struct Dof;
 namespace pantin::detail::articulated {
 
 inline constexpr std::uint32_t kNoNode = UINT32_MAX;
-/// Numbers of a block of three rows and columns in group_loops.cpp: its rows are filled up to four.
+/// Numbers of a 3 x 3 block in group_loops.cpp: each of its columns is padded to four.
 inline constexpr std::size_t kBlockWide = 4, kBlockNumbers = 3 * kBlockWide;
 
-/// A body in contact during a step: free, in a tree, or fixed or kinematic, which resists by zeros.
+/// A body in contact during a step: free, in a tree, or fixed or kinematic (inverse mass zero).
 struct GroupBody {
   std::uint32_t slot = 0, island = UINT32_MAX;
   std::uint32_t node = kNoNode;  // in the group, of a body in a tree
@@ -39,27 +39,27 @@ struct GroupBody {
   Vec3 acceleration{0};            // m/s^2, of weight and applied force
   Vec3 torque{0};                  // N m
   Real drag = 0;                   // 1/s
-  Vec3 centre{0};                  // m, world: the contacts' arms start here
+  Vec3 centre{0};                  // m, world: origin of the contacts' arms
   Vec3 before{0};                  // velocity at the start of the substep
-  std::uint32_t looped = kNoNode;  // in GroupScratch::looped, of a body that loops may hold
-  bool touched = false;            // a contact bears it in this substep
+  std::uint32_t looped = kNoNode;  // in GroupScratch::looped, if its island has loops
+  bool touched = false;            // a contact acts on it in this substep
   bool jammed = false;             // in this step: see is_jammed()
   // Before the impulses of the substep, see forget_impulses():
   Vec3 free_velocity{0}, free_spin{0}, free_momentum{0};
-  Vec3 from{0};  // m, where it was at the start of the step
+  Vec3 from{0};  // m, position at the start of the step
 };
 
-/// How many are free or in trees: the first ones.
+/// Number of bodies that are free or in trees; these come first.
 inline std::size_t free_bodies(std::span<const GroupBody> bodies) {
   const auto fixed = std::find_if(bodies.begin(), bodies.end(),
                                   [](const GroupBody& b) { return b.per_mass == 0; });
   return static_cast<std::size_t>(fixed - bodies.begin());
 }
 
-/// Whether it is no obstacle.
+/// Whether the body is dynamic: neither fixed nor kinematic.
 inline bool can_give_way(const GroupBody& b) { return b.per_mass > 0; }
 
-/// m/s, of the body's point at an arm from its mass centre.
+/// m/s: velocity of the body's point at an arm from `centre`.
 inline Vec3 speed_at(const GroupBody& b, Vec3 arm) { return b.velocity + glm::cross(b.spin, arm); }
 
 /// A force and its torque, or an impulse and its moment.
@@ -71,8 +71,8 @@ struct Wrench {
   }
 };
 
-/// What a wrench changes of a motion: velocity = vf force + vt torque, spin = vt^T force + wt
-/// torque. Symmetric as a whole.
+/// Response of a motion to a wrench: velocity = vf force + vt torque, spin = vt^T force + wt
+/// torque. The matrix as a whole is symmetric.
 struct Response {
   Mat3 vf{0}, vt{0}, wt{0};
 };
@@ -87,58 +87,58 @@ struct SpatialInertia {
 
 /// A limited direction of a joint in a substep.
 struct GroupLimit {
-  Vec3 along{0};       // world: relative turning this way comes nearer to the limit
+  Vec3 along{0};       // world: relative rotation about it approaches the limit
   Real clearance = 0;  // rad
   Real response = 0;   // 1/(kg m^2)
   Real impulse = 0;    // N m s of a substep, against `along`
-  Real before = 0;     // the same of the substep before
+  Real before = 0;     // the impulse of the previous substep
   bool listed = false;
   bool both_ways = false;  // a lock
 };
 
 /// A spring, friction and a motor along the coordinate of a joint.
 struct GroupActuator {
-  const Dof* dof = nullptr;  // none: the joint has none
-  Vec3 axis{0};              // world: the own body turns this way as the coordinate grows
-  Real angle = 0;            // rad, turns counted
+  const Dof* dof = nullptr;  // null: the joint has no actuator
+  Vec3 axis{0};              // world: the own body rotates about it as the coordinate grows
+  Real angle = 0;            // rad, full turns counted
   Real response = 0;         // 1/(kg m^2)
   Real impulse = 0;          // N m s of a substep
 };
 
-/// What a node is, over the step.
+/// Data of a node for the whole step.
 struct NodeBody {
-  std::uint32_t parent = kNoNode;      // node; none at a root
+  std::uint32_t parent = kNoNode;      // node; kNoNode at a root
   std::uint32_t body = 0;              // in the group
   std::uint32_t tree = 0;              // in the group
   std::uint32_t column = 0;            // in the island
   std::uint32_t depth = 0;             // joints from the root
-  std::uint32_t next = kNoNode;        // towards the node that is visited next
+  std::uint32_t next = kNoNode;        // child on the path to the node visited next
   const PackedJoint* joint = nullptr;  // none: a free ball joint
   const JointDrive* drive = nullptr;
   bool free_root = false;
-  Real drive_share = 1;                  // of the drive's torque that its bound allows
+  Real drive_share = 1;                  // fraction of the drive's torque that its bound allows
   Real drive_torque = 0;                 // N m
   Vec3 own_anchor{0}, parent_anchor{0};  // m, body frames
   Real mass = 0;                         // kg
   Vec3 inertia{0};                       // kg m^2, principal
 };
 
-/// A node in a substep: where it is, and how it gives way to impulses.
+/// A node in a substep: its position and its response to impulses.
 struct NodeResponse {
   // In a substep, from the pose at its start:
   Vec3 arm{0};    // from the joint to the mass centre
   Vec3 lever{0};  // from the parent's joint to this one
   Quat rotation{1, 0, 0, 0};
   Mat3 world_inertia{0};
-  SpatialInertia whole;  // of the body and all that its joints carry
+  SpatialInertia whole;  // articulated inertia of the body and those outboard of it
   Mat3 mobility{0};      // relative spin by torque at the joint
-  bool is_ball = false;  // it passes no torque on
+  bool is_ball = false;  // a free ball joint: passes no torque on
   Vec3 torque{0};        // N m s at the joint, of all impulses outboard of it so far
-  Wrench pending;        // impulses that the parent has not been given yet
+  Wrench pending;        // impulses not yet passed on to the parent
   Response response;
 };
 
-/// A body of a tree. Wrenches and motions are those of its joint, of a free root its mass centre's.
+/// A body of a tree. Wrenches and motions refer to its joint, at a free root to its mass centre.
 struct GroupNode : NodeBody, NodeResponse {
   Vec3 velocity{0};                // m/s, of the mass centre at the start
   Wrench begin, load;              // momentum and forces; impulses of contacts and ties
@@ -146,20 +146,20 @@ struct GroupNode : NodeBody, NodeResponse {
   Wrench free_pending, free_load;  // forget_impulses()
   Wrench passing;                  // through the joint in the substep
   Vec3 pulled{0};                  // N s through the joint in the substep before
-  Mat3 tautness{0};                // kg m^2: what turns against what pulls, see stiffen()
-  SpatialInertia pressed;          // of what presses on it, while loops are closed
-  Vec3 goal{0};                    // where its velocity leads the mass centre
-  Vec3 missed_by{0};               // from there to where it came
-  Quat turned{1, 0, 0, 0};         // ... and its spin the body
-  Pose kept;                       // before it is brought nearer to that
-  Vec3 spring_torque{0};           // N m s, of soft zones and the drive at no relative spin
-  Mat3 spring{0};                  // what relative spin takes from it
+  Mat3 tautness{0};                // kg m^2: h^2 times geometric stiffness, see stiffen()
+  SpatialInertia pressed;          // added by bodies pressing on it, see press()
+  Vec3 goal{0};                    // m: mass centre integrated by its velocity
+  Vec3 missed_by{0};               // m: from `goal` to where the joints placed it
+  Quat turned{1, 0, 0, 0};         // rotation integrated by the spin
+  Pose kept;                       // pose before a correction, to undo it
+  Vec3 spring_torque{0};           // N m s, of soft zones and the drive at zero relative spin
+  Mat3 spring{0};                  // its decrease per relative spin
   bool has_spring = false, is_limited = false;
-  bool is_driven = false;  // may move without being pushed: see is_driven
+  bool is_driven = false;  // may move without external forces: see is_driven
   GroupActuator actuator;
   GroupLimit limits[4];
-  int unlimited_for = 0;         // substeps, of which no limit can be reached
-  std::uint32_t step = kNoNode;  // of the path towards the root that is looked at (group_loops.cpp)
+  int unlimited_for = 0;         // substeps in which no limit can be reached
+  std::uint32_t step = kNoNode;  // of the marked path to the root (group_loops.cpp)
   Wrench reaction;  // of the step: N s through the joint; the torque about it, without springs
 };
 
@@ -167,8 +167,8 @@ struct GroupNode : NodeBody, NodeResponse {
 struct GroupTree {
   std::uint32_t first = 0, count = 0;  // nodes
   std::uint32_t island = 0, number = 0;
-  std::uint32_t at = 0;  // the node whose motion is known, as those between it and the root are
-  // The anchor that holds it, over the step; `held` is the body that has it:
+  std::uint32_t at = 0;  // visited last: motions from here to the root are current
+  // Its anchor over the step; `held` refers to the body that carries the anchor:
   Pose held_before, held_after;
   Vec3 from{0}, to{0};                    // m
   Vec3 anchor_velocity{0}, held_spin{0};  // m/s, rad/s
@@ -178,9 +178,9 @@ struct GroupTree {
   Real energy_removed = 0;  // J, from all of the group over the step
   bool touched = false;
   bool has_loops = false;             // its island has rigid ties
-  std::uint32_t loops = kNoNode;      // those, in the group
-  std::uint32_t first_tie = kNoNode;  // of them, the first on this tree
-  bool is_tied_outside = false;       // to other trees or to places
+  std::uint32_t loops = kNoNode;      // its GroupLoops, in the group
+  std::uint32_t first_tie = kNoNode;  // the first rigid tie on this tree
+  bool is_tied_outside = false;       // to other trees or to fixed points
 };
 
 /// Where two bodies of a group touch.
@@ -189,33 +189,32 @@ struct ContactPlace {
   std::uint32_t a = 0, b = 0;       // bodies of the group
   std::uint32_t cross = kNoNode;    // of two bodies of one tree: in GroupScratch::crosses
   std::uint32_t rolling = kNoNode;  // in GroupScratch::rollings
-  Vec3 axes[3];                     // the normal, from b to a, and two across it
+  Vec3 axes[3];                     // the normal, from b to a, and two tangents
   contact::TouchedPlace on_a, on_b;
   Vec3 arm_a{0}, arm_b{0};    // m, world: where impulses act
-  Vec3 lead_a{0}, lead_b{0};  // m, world: where velocities count, see lead()
+  Vec3 lead_a{0}, lead_b{0};  // m, world: where velocities are evaluated, see lead()
 };
 
-/// One contact point of two of them.
+/// One contact point between two bodies.
 struct GroupContact : ContactPlace {
   Real gap = 0;                                                  // m
   Real along = 0, aside = 0, cross_first = 0, cross_second = 0;  // response, 1/kg
-  bool works = true;                                             // the bodies can give way to it
+  bool works = true;  // active: near enough, and the bodies respond to it
   Real friction = 0, restitution = 0;
   Real surface_first = 0, surface_second = 0;  // m/s, Contact::surface_velocity across the normal
   contact::RollingLengths lengths;
   Real rest = 0;      // see Contact
-  Real settling = 0;  // m, by which that was short of the load
-  Real shallow = 0;   // m: overlaps up to here are removed without speed
+  Real settling = 0;  // m, error of `rest` that is left, see take_up()
+  Real shallow = 0;   // m: overlaps up to this are removed without adding velocity
   Vec3 impulse{0};    // N s of a substep, along the axes; between steps the mean force, N
-  Real before = 0;    // N s, along the normal in the substep before
+  Real before = 0;    // N s, along the normal in the previous substep
   Vec3 passed{0};     // N s over the step so far
 };
 
-/// Rolling and spinning friction of two bodies: a torque on a, the opposite on b, for all points at
-/// which they touch.
+/// Rolling and spinning friction of all points of two bodies: a torque on a, the opposite on b.
 struct GroupRolling {
   std::uint32_t first = 0, count = 0;  // contacts
-  Vec3 axes[3];                        // the mean of their normals, and two across it
+  Vec3 axes[3];                        // the mean of their normals, and two tangents
   Real about = 0, across = 0;  // response to a torque along the first and across it, 1/(kg m^2)
   Vec3 impulse{0};  // N m s of a substep, along the axes; between steps the mean torque, N m
   Vec3 passed{0};   // N m s over the step so far
@@ -229,35 +228,35 @@ inline bool have_same_bodies(const GroupContact& c, const GroupContact& d) {
 inline Vec3 to_world(const GroupContact& c, Vec3 v) { return contact::in_world(c.axes, v); }
 inline Vec3 to_world(const GroupRolling& r, Vec3 v) { return contact::in_world(r.axes, v); }
 
-/// What a wrench on body b of a pair changes of the motion of body a, both of one tree.
+/// Response of body a of a pair to a wrench on body b, both of one tree.
 struct CrossResponse {
   Mat3 vf{0}, vt{0}, wf{0}, wt{0};
 };
 
-/// A point of body b at a point of body a, or held to it by a spring or a cable.
+/// A constraint between a point of body a and one of body b: rigid, a spring or a cable.
 struct GroupTie {
   enum class Kind : std::uint8_t { rigid, spring, cable };
   Kind kind = Kind::rigid;
-  std::uint32_t a = 0, b = 0;            // bodies of the group
-  std::uint32_t cross = kNoNode;         // as of a contact
-  std::uint32_t island = 0, number = 0;  // pin or cable of the island
-  Vec3 anchor_a{0}, anchor_b{0};         // m, body frames
-  Real length = 0;                       // m, of a cable
-  Real stiffness = 0, damping = 0;       // N/m, N s/m; a cable without stiffness does not give way
-  Vec3 arm_a{0}, arm_b{0};               // m, world
-  Vec3 apart{0};                         // m, from a's point to b's
-  Mat3 response{0}, inverse{0};          // of the relative velocity; of what is solved for
-  Real along = 0;                        // of a cable, 1/kg
-  std::uint32_t first_step = 0, steps = 0;  // of a rigid one: its way to the root
-  std::uint32_t first = 0;  // of the rigid ties of its island that it responds to, the first
-  Real yield = 0;           // 1/kg
-  bool is_joint = false;    // `number` is a column of the island
-  Vec3 impulse{0};          // N s of a substep on b, of a cable its tension in x
-  Vec3 passed{0};           // N s over the step so far
+  std::uint32_t a = 0, b = 0;               // bodies of the group
+  std::uint32_t cross = kNoNode;            // as in ContactPlace
+  std::uint32_t island = 0, number = 0;     // pin or cable of the island
+  Vec3 anchor_a{0}, anchor_b{0};            // m, body frames
+  Real length = 0;                          // m, of a cable
+  Real stiffness = 0, damping = 0;          // N/m, N s/m; a cable of zero stiffness is inextensible
+  Vec3 arm_a{0}, arm_b{0};                  // m, world
+  Vec3 apart{0};                            // m, from a's point to b's
+  Mat3 response{0}, inverse{0};             // of the relative velocity; of the implicit equation
+  Real along = 0;                           // of a cable, 1/kg
+  std::uint32_t first_step = 0, steps = 0;  // rigid tie: its path to the root
+  std::uint32_t first = 0;                  // rigid: first tie of its island that is coupled to it
+  Real yield = 0;                           // 1/kg, regularisation
+  bool is_joint = false;                    // `number` is a column of the island
+  Vec3 impulse{0};                          // N s of a substep on b, of a cable its tension in x
+  Vec3 passed{0};                           // N s over the step so far
 };
 
-/// What an impulse does at a joint on the way from its body to the root: the torque there, of a
-/// free root the force too. By impulses along the axes of the world.
+/// A joint on the path from a body to the root: its torque per unit impulse on the body, along the
+/// world axes; at a free root the force too.
 struct PathStep {
   std::uint32_t node = 0;
   Mat3 torque{0}, force{0};
@@ -267,32 +266,32 @@ struct PathStep {
 struct GroupLoops {
   std::uint32_t first_tie = 0, ties = 0;
   std::uint32_t first_tree = 0, trees = 0;
-  std::uint32_t first_step = 0;  // in GroupScratch::path_steps, of a body's way to the root
-  Real open = 0;                 // m: gaps that are left to close by and by
+  std::uint32_t first_step = 0;  // in GroupScratch::path_steps, of a body's path to the root
+  Real open = 0;                 // m: smaller gaps are closed gradually
   std::size_t factor = 0;        // in GroupScratch::number_list: a row of blocks for each tie
-  std::size_t left = 0;          // there too: what is left to solve
+  std::size_t left = 0;          // there too: the vector z of group_loops.cpp
 };
 
-/// A body of such an island that contacts, springs or cables push: how loops hold it.
+/// A body of such an island on which contacts, springs or cables act.
 struct LoopedBody {
   std::uint32_t loops = 0, node = 0;  // in the group
   std::size_t rows = 0;               // in GroupScratch::number_list: by force, then by torque
-  bool known = false;                 // in this substep
+  bool known = false;                 // computed in this substep
   Response response;                  // with all loops closed
 };
 
-/// A free body of a group that rests (group_rest.cpp). Motions are velocities and spins.
+/// A free body of a group at rest (group_rest.cpp). A motion is a velocity and a spin.
 struct RestBody {
   std::uint32_t row = 0;       // of the factor
   Mat3 inertia{0};             // kg m^2, world axes
-  Wrench free, motion;         // without contacts; as found so far
-  Wrench residual, direction;  // momenta out of balance; of Newton's method
+  Wrench free, motion;         // without contacts; current iterate
+  Wrench residual, direction;  // of momentum; of Newton's method
 };
 
 /// A contact of such a group, along its axes.
 struct RestContact {
   bool near = false, slides = false;
-  bool may_press = false, presses = false;  // is expected to, before the first iteration
+  bool may_press = false, presses = false;  // predicted active; so in the first iteration
   Real compliance = 0;                      // 1/kg
   Vec3 goal{0}, speed{0}, change{0};        // m/s, of a's point relative to b's
   Vec3 impulse{0};                          // N s
@@ -320,150 +319,151 @@ struct Group {
   GroupBody& a(const GroupContact& c) const { return bodies[c.a]; }
   GroupBody& b(const GroupContact& c) const { return bodies[c.b]; }
   bool is_fixed(const GroupContact& c) const { return b(c).per_mass == 0; }
-  /// Whether no more than `most` bodies are free, and those without joints.
+  /// Whether at most `most` bodies are dynamic, all of them without joints.
   bool has_at_most(std::size_t most) const {
     return trees.empty() && ties.empty() && (bodies.size() <= most || bodies[most].per_mass == 0);
   }
   bool is_single() const { return has_at_most(1); }
 };
 
-/// A part of a step: its length, s, and the fractions of the step at which it begins and ends.
+/// A section of a step: its length, s, and the fractions of the step at which it begins and ends.
 struct GroupPart {
   Real h = 0, begin = 0, end = 1;
   Real whole = 0;  // s, of the step
 };
 
-/// Springs of a substep as factors of a rigid contact's impulse. [Catto 2024]
+/// A soft constraint in a substep, as factors of a rigid contact's impulse. [Catto 2024]
 struct Softness {
   Real rate = 0;        // 1/s: speed of separation per penetration
-  Real by_mass = 1;     // of the impulse that a rigid contact would add
-  Real by_impulse = 0;  // of the impulse it has
+  Real by_mass = 1;     // factor of the rigid contact's increment
+  Real by_impulse = 0;  // factor of the accumulated impulse
 };
 
-// Trees in a group (group_trees.cpp): every joint closed and exact, whatever impulses act.
+// Trees in a group (group_trees.cpp): joints stay closed exactly, whatever impulses act.
 
-/// Prepares impulses on trees at their present poses: motions from momenta and the forces of the
-/// part.
+/// Prepares trees for impulses at their current poses: motions from momenta and the forces of the
+/// substep.
 void prepare_trees(const Group& g, const GroupPart& part);
-/// Before that: what pulls at the bodies of islands with loops resists their turning.
+/// Before that: adds the geometric stiffness of tension to bodies of islands with loops.
 void stiffen(const Group& g, Real h);
-/// While loops are closed, what presses on the bodies moves with them; and no more.
+/// Adds the inertia of pressing bodies while loops are closed; removes it again.
 void press(const Group& g);
 void release(const Group& g);
-/// The rotation of what holds a tree, at a fraction of the step; of a node's parent, or of that, at
-/// the start of the part.
+/// The rotation of a tree's anchor body at a fraction of the step; that of a node's parent, at a
+/// root of the anchor body, at the start of the substep.
 Quat held_rotation_at(const GroupTree& t, Real fraction);
 Quat parent_rotation(const Group& g, const GroupNode& n);
-/// Makes the motion of a body in a tree current.
+/// Updates the motion of a body in a tree.
 void visit(const Group& g, std::uint32_t node);
-/// An impulse on a body of a tree that was visited last in its tree.
+/// Applies an impulse to the body that was visited last in its tree.
 void apply(const Group& g, std::uint32_t node, const Wrench& impulse);
 /// The spin of a node relative to its parent, rad/s.
 Vec3 relative_spin(const Group& g, std::uint32_t node);
-/// What a torque at a joint changes of that.
+/// Its response to an impulse of torque at the joint.
 Vec3 joint_response(const Group& g, const GroupNode& n, Vec3 along);
-/// An impulse of torque on a node, and the opposite on its parent.
+/// Applies an impulse of torque to a node, and the opposite to its parent.
 void apply_at_joint(const Group& g, std::uint32_t node, Vec3 torque);
 /// The response of one body of a tree to a wrench on another.
 CrossResponse cross_response(const Group& g, std::uint32_t node, std::uint32_t on);
-/// The response of a tree to impulses alone, in `passing`: inwards, node by node, then outwards,
-/// which leaves what they change of the node's motion there.
+/// The response of a tree to the impulses in `passing`: an inward pass, node by node, then an
+/// outward pass, which leaves there the changes of the nodes' motions.
 void gather_impulse(const Group& g, std::uint32_t node);
 void follow_impulse(const Group& g, std::uint32_t node);
-/// Makes the motions of all bodies current.
+/// Updates the motions of all trees.
 void settle_trees(const Group& g);
 /// Moves the trees by their motions (group_motion.cpp).
 void move_trees(const Group& g, const GroupPart& part);
-/// Makes those of a tree current.
+/// Updates the motions of one tree.
 void settle_tree(const Group& g, GroupTree& t);
-/// After settle_trees: the bodies' own velocities and momenta, and the forces through the joints.
+/// After settle_trees: computes velocities of mass centres, momenta and joint forces.
 void release_trees(const Group& g, const GroupPart& part);
 /// Limits, springs and drives of the joints of trees (group_joints.cpp).
 void prepare_springs(const Group& g, GroupNode& n, const GroupPart& part);
 void prepare_limits(const Group& g, std::uint32_t node, Real h);
 void push_limits(const Group& g);
-/// The spring before a limit: from how far on it holds, rad; without one, limits that hold are kept
+/// The spring before a limit acts from this clearance on, rad. Without one, active limits are kept
 /// from closing further.
 struct LimitSpring {
   Real buffer = 0;
   const Softness* by = nullptr;
 };
 
-/// Every limit once. Returns the largest change of a speed, m/s, of the mass centre of what turns.
+/// One sweep over the limits. Returns the largest change of a mass centre's speed, m/s.
 Real solve_limits(const Group& g, Real h, const LimitSpring& spring);
 void bound_drives(const Group& g, Real h);
-/// Springs, friction and motors along the joints' coordinates (group_actuators.cpp): at the start
-/// of a substep, again, every one once.
+/// Springs, friction and motors along the joints' coordinates (group_actuators.cpp): preparation,
+/// warm start, one sweep.
 void prepare_actuator(const Group& g, std::uint32_t node);
 void push_actuators(const Group& g);
 void solve_actuators(const Group& g, Real h);
 
-// What iterations must not add (group_energy.cpp).
+// Bounds on the energy that truncated iterations leave (group_energy.cpp).
 
-/// Whether nothing but weight and what moves by itself can give the group energy.
+/// Whether only weight and moving obstacles can add energy to the group.
 bool is_left_alone(const Group& g);
-/// J, that moving surfaces and bodies give by the impulses of a substep, or of the step, at most.
+/// J: work of moving surfaces and kinematic bodies, by impulses of a substep or step; at least 0.
 Real work_of_surfaces(const Group& g, Vec3 GroupContact::*impulse = &GroupContact::impulse);
-/// J, of the bodies' own velocities, between substeps.
+/// J: kinetic energy of the bodies' own velocities, between substeps.
 Real energy_of_bodies(const Group& g);
-/// J, that weight has given since the start of the step.
+/// J: work of weight and applied forces since the start of the step.
 Real work_of_weight(const Group& g);
-/// All motions as they are, before impulses; and back to them, without impulses.
+/// Saves all motions before impulses; restores them and clears the impulses.
 void remember_free(const Group& g);
 void forget_impulses(const Group& g);
-/// J, of all motions as they are.
+/// J: kinetic energy of the current motions, within a substep.
 Real kinetic_energy(const Group& g);
-/// All motions become slower alike, which neither opens joints nor makes bodies approach.
+/// Scales all motions down alike, which neither opens joints nor makes bodies approach.
 void bound_energy(const Group& g, Real before);
 /// The same between substeps, given the energy of the bodies' own velocities.
 void slow_bodies(const Group& g, Real now, Real before);
 
-// Groups that hardly move (group_rest.cpp).
+// Groups at rest, solved as a whole (group_rest.cpp).
 
-/// Whether bodies, the first of which are free, move so little in a step of h seconds.
+/// Whether bodies, of which the first `free` are dynamic, hardly move in a step of h seconds.
 bool is_calm(std::span<const GroupBody> bodies, std::size_t free, Real h);
-/// The whole step, where it stays at rest. Leaves impulses of h seconds. Else false, and nothing
-/// has moved.
+/// Takes the whole step if the group stays at rest, and leaves impulses of h seconds. Else returns
+/// false and moves nothing.
 bool rest_group(const Group& g, Real h);
 
 // Springs and cables (group_ties.cpp).
-/// Where a tie's points are.
+/// Updates the arms and the gap of a tie.
 void place_tie(const Group& g, GroupTie& t);
 void prepare_tie(const Group& g, GroupTie& t, Real h);
 void push_tie(const Group& g, const GroupTie& t);
-/// One tie once; this fraction of its gap is closed in the substep. Returns the change of speed,
-/// m/s.
+/// Solves one tie, closing the fraction `part` of its gap in the substep. Returns the change of
+/// speed, m/s.
 Real solve_tie(const Group& g, GroupTie& t, Real h, Real part);
 
 // Loops and exact pins besides those of the roots (group_loops.cpp).
 
-/// The equations of the rigid ties where the bodies are now; after prepare_trees.
+/// Assembles and factors the equations of the rigid ties; after prepare_trees.
 void prepare_loops(const Group& g);
 /// The response of a body with its loops closed; of one body to a wrench on another, both of one
 /// tree or one island with loops.
 void prepare_looped(const Group& g, std::uint32_t body);
 CrossResponse cross_response_of(const Group& g, std::uint32_t a, std::uint32_t b);
-/// From now on impulses on looped bodies count with what the loops make of them ...
+/// From here to end_loops, impulses on looped bodies act through the loop-closed response. Loops
+/// close the fraction `part` of their gaps in the substep.
 void begin_loops(const Group& g, Real h, Real part);
-/// ... until the loops have done it. Of their gaps, `part` is closed in the substep.
+/// Applies the loops' impulses to the trees.
 void end_loops(const Group& g);
-/// What that has changed of a body's motion so far.
+/// Change of a body's motion by the loops' impulses so far.
 Wrench change_by_loops(const Group& g, const LoopedBody& b);
 void push_looped(const Group& g, const LoopedBody& b, const Wrench& impulse);
-/// m, of the poses as they are; looks at all ties.
+/// m: largest gap at the current poses; updates `apart` of all ties.
 Real worst_gap(const Group& g, const GroupLoops& l);
-/// Closes the joints that were cut exactly: what they leave open goes to the loops.
+/// Closes cut joints exactly by translating trees; their gaps move to the loops.
 void close_cuts(const Group& g);
-/// Impulses that close what they leave open go to `passing`.
+/// Adds to `passing` the impulses that close gaps larger than `open`.
 void push_closing(const Group& g, const GroupLoops& l);
-/// Turns bodies by that, at the start of a part. Whether the equations must be made anew
-/// (group_motion.cpp).
+/// Whether gaps are larger than `open`; closes them by rotating bodies at the start of a substep.
+/// The latter returns whether the equations must be rebuilt (group_motion.cpp).
 bool are_open(const Group& g);
 bool close_loops(const Group& g, const GroupPart& part);
 
 /// Scratch memory of the groups of a step.
 struct GroupScratch {
-  /// What touches: its bodies, free ones and trees first, and its contacts.
+  /// One group: its bodies, dynamic ones first, its contacts, and so on.
   struct Range {
     std::size_t first_body = 0, bodies = 0, first_contact = 0, contacts = 0;
     std::size_t first_node = 0, nodes = 0, first_tree = 0, trees = 0, first_cross = 0, crosses = 0;

@@ -1,4 +1,4 @@
-// The bodies, trees, contacts and ties of each group, as they enter a step (step_group.cpp).
+// Gathers the bodies, trees, contacts and ties of each group for a step (step_group.cpp).
 #include <algorithm>
 #include <utility>
 
@@ -12,9 +12,9 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Overlaps up to this fraction of the size of a body are removed by translating it.
+/// Overlaps up to this fraction of a body's size are removed by translation.
 constexpr Real kShallow = 5e-3;
-/// Ends of ties whose impulses pass through one joint.
+/// A joint that carries the impulses of more tie ends is cut.
 constexpr std::uint32_t kMostEnds = 16;
 
 /// One body without joints.
@@ -63,7 +63,7 @@ GroupNode gather_node(const World& world, const Island& a, std::size_t column) {
   return n;
 }
 
-/// The way of a tree's anchor.
+/// The motion of a tree's anchor over the step.
 void gather_anchor(const World& world, const Island& a, GroupTree& t, Real h) {
   const Tree& tree = a.trees[t.number];
   PANTIN_ASSERT(t.number < a.trees.size() && a.parents[tree.first] == kHeld);
@@ -80,13 +80,13 @@ void gather_anchor(const World& world, const Island& a, GroupTree& t, Real h) {
   }
 }
 
-/// Whether a joint can be a tie instead.
+/// Whether a joint can be cut and replaced by a tie.
 bool can_cut(const Island& a, std::size_t column) {
   return a.parents[column] >= 0 && (a.joints.empty() || !a.joints[column].stiff);
 }
 
-/// Marks the roots of trees, by column. Of an island with many ties, joints that would carry the
-/// impulses of more than some are cut and become ties: few of these then respond to one another.
+/// Marks the roots of trees, by column. In an island with many ties, joints that would carry the
+/// impulses of more than kMostEnds ends are cut and become ties: so few ties are coupled.
 void find_roots(GroupScratch& r, const Island& a) {
   r.ends.assign(a.count(), 0), r.roots.assign(a.count(), 0);
   for (const PackedPin& pin : a.pins) {
@@ -101,7 +101,7 @@ void find_roots(GroupScratch& r, const Island& a) {
   }
 }
 
-/// The trees of an island. Leaves the number of each column's tree in r.roots, of its node in
+/// The trees of an island. Leaves the index of each column's tree in r.roots, of its node in
 /// r.ends.
 void gather_trees(const World& world, GroupScratch& r, const GroupScratch::Range& range,
                   const IslandStep& of) {
@@ -133,7 +133,7 @@ void gather_trees(const World& world, GroupScratch& r, const GroupScratch::Range
     r.ends[c] = r.trees[range.first_tree + r.roots[c]].at++;
 }
 
-/// All bodies of an island that something touches.
+/// All bodies of an island in contact, with its trees.
 void gather_island(const World& world, GroupScratch& r, const GroupScratch::Range& range,
                    const IslandStep& of) {
   const Island& a = islands_of(world)[of.number];
@@ -171,7 +171,7 @@ GroupContact gather_contact(const World& world, std::uint32_t number, const Isla
   PANTIN_ASSERT(is_own(world, c.slot_a));
   f.contact = number;
   contact::set_axes(f.axes, c.normal);
-  // Round shapes are touched below their core, however they turn; corners turn with the body.
+  // Round shapes touch one radius below their core at any rotation; corners rotate with the body.
   using Side = contact::BodyOfContact::Side;
   f.on_a = contact::touched_place(world, c, {Side::a, a.pose.rotation});
   f.on_b = contact::touched_place(world, c, {Side::b, b.pose.rotation});
@@ -186,7 +186,7 @@ GroupContact gather_contact(const World& world, std::uint32_t number, const Isla
   return f;
 }
 
-/// Of contacts [from, from + count) of a group, those of two bodies.
+/// Rolling friction of one pair of bodies, whose contacts are f.first to f.first + f.count.
 void gather_rolling(const World& world, GroupScratch& r, const GroupScratch::Range& range,
                     GroupRolling f) {
   const auto points = std::span(r.contacts).subspan(range.first_contact + f.first, f.count);
@@ -205,7 +205,7 @@ void gather_rolling(const World& world, GroupScratch& r, const GroupScratch::Ran
   r.rollings.push_back(f);
 }
 
-/// Of all contacts of the last group.
+/// Rolling friction of all contacts of the last group.
 void gather_rollings(const World& world, GroupScratch& r, const GroupScratch::Range& range) {
   const auto contacts = std::span(r.contacts).subspan(range.first_contact);
   for (std::uint32_t from = 0, to = 0; from < contacts.size(); from = to) {
@@ -289,7 +289,7 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
       const Contact& c = contacts[r.order[i]];
       r.index[c.slot_a] = r.index[c.slot_b] = kNone;
     }
-    for (const bool fixed : {false, true})  // free ones and trees first
+    for (const bool fixed : {false, true})  // free bodies and trees first
       for (std::size_t i = from; i < to; ++i) {
         const Contact& c = contacts[r.order[i]];
         for (const std::uint32_t slot : {c.slot_a, c.slot_b}) {

@@ -1,4 +1,4 @@
-// The rows of the factor for a group that may rest (group_rest.cpp).
+// The rows of the factor for a group that may be at rest (group_rest.cpp).
 #include <algorithm>
 
 #include "engine/solvers/articulated/impulses/gather.hpp"
@@ -7,13 +7,12 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Points of a pair, in the mean: what touches at single ones rolls, and does not rest for long.
+/// Least mean number of points of a pair: bodies touching at single points roll, and rarely rest.
 constexpr std::size_t kLeastPoints = 2;
-/// Products of blocks that the factor may take for each contact: where it takes more, sweeps cost
-/// less.
+/// Block products of the factor, per contact: above this, sweeps are cheaper.
 constexpr std::size_t kMostProducts = 50;
 
-/// Who touches whom, of the free bodies of the last group: those of body i are `links` from
+/// The contact graph of the last group's free bodies: neighbours of body i are `links` from
 /// `ends[i]` to `ends[i + 1]`.
 void find_links(GroupScratch& r, const GroupScratch::Range& range, std::size_t count) {
   const auto contacts = std::span(r.contacts).subspan(range.first_contact);
@@ -32,7 +31,7 @@ void find_links(GroupScratch& r, const GroupScratch::Range& range, std::size_t c
   });
 }
 
-/// Whether bodies lie on faces.
+/// Whether bodies touch at faces, not at single points.
 bool has_faces(std::span<const GroupContact> contacts) {
   std::size_t pairs = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i)
@@ -40,8 +39,7 @@ bool has_faces(std::span<const GroupContact> contacts) {
   return contacts.size() >= kLeastPoints * pairs;
 }
 
-/// Leaves in `roots` the bodies from the outside inwards, neighbours near one another.
-/// [Cuthill & McKee 1969]
+/// Leaves in `roots` an order of the bodies of small bandwidth. [Cuthill & McKee 1969]
 void find_order(GroupScratch& r, std::size_t count) {
   const auto degree = [&](std::uint32_t i) { return r.ends[i + 1] - r.ends[i]; };
   r.roots.clear(), r.numbered.assign(count, kNone);
@@ -81,7 +79,7 @@ void gather_resting(GroupScratch& r, const GroupScratch::Range& range, Real h) {
   find_order(r, count);
   std::size_t blocks = 0, products = 0;
   for (std::size_t row = 0; row < count; ++row) {
-    // From the last to the first of that order, which fills less.
+    // The reverse order, which has less fill-in.
     const auto row_of = [&](std::uint32_t body) {
       return static_cast<std::uint32_t>(count - 1 - r.numbered[body]);
     };

@@ -1,4 +1,4 @@
-// The pins, loops and cables of each group, as they enter a step (group_loops.cpp, group_ties.cpp).
+// Gathers pins, loops and cables of each group for a step (group_loops.cpp, group_ties.cpp).
 #include <algorithm>
 #include <tuple>
 
@@ -11,7 +11,7 @@ namespace {
 /// Loop gap, as a fraction of the island's size, that is closed gradually over the steps.
 constexpr Real kOpen = 1e-5;
 
-/// A fixed or kinematic body, once in a group.
+/// The index of a fixed or kinematic body, which is added to the group once.
 std::uint32_t gather_place(const World& world, GroupScratch& r, const GroupScratch::Range& range,
                            const PlacedAt& at) {
   PANTIN_ASSERT(at.slot < r.index.size());
@@ -25,7 +25,7 @@ std::uint32_t gather_place(const World& world, GroupScratch& r, const GroupScrat
   return r.index[at.slot];
 }
 
-/// A place in the world as a body without inertia, which moves from target to target.
+/// A pin's target in the world, as a kinematic body that moves to the target of the step.
 std::uint32_t gather_target(GroupScratch& r, const GroupScratch::Range& range, const PackedPin& pin,
                             Real h) {
   GroupBody place;
@@ -75,7 +75,7 @@ std::uint32_t joints_to_root(const GroupScratch& r, const GroupScratch::Range& r
   return node == kNoNode ? 0 : r.nodes[range.first_node + node].depth + 1;
 }
 
-/// The rigid ties of an island, which are the last ones so far, and room for their equations.
+/// The rigid ties of an island, which are the last ones so far, and workspace for their equations.
 void gather_loops(GroupScratch& r, const GroupScratch::Range& range, GroupLoops l) {
   const auto number = static_cast<std::uint32_t>(r.loops.size() - range.first_loops);
   const auto trees = std::span(r.trees).subspan(range.first_tree + l.first_tree, l.trees);
@@ -109,7 +109,7 @@ void gather_loops(GroupScratch& r, const GroupScratch::Range& range, GroupLoops 
   r.loops.push_back(l);
 }
 
-/// The joints of an island that were cut.
+/// Adds the cut joints of an island as ties. Returns their number.
 std::uint32_t gather_cuts(GroupScratch& r, const GroupScratch::Range& range, const IslandStep& of,
                           const Island& a) {
   std::uint32_t count = 0;
@@ -130,8 +130,7 @@ std::uint32_t gather_cuts(GroupScratch& r, const GroupScratch::Range& range, con
   return count;
 }
 
-/// Ties of the same trees together; those that were joints, which lead from few trees to many,
-/// last.
+/// Sorts ties by their trees; cut joints, which connect few trees to many, come last.
 void sort_ties(GroupScratch& r, const GroupScratch::Range& range, const GroupLoops& l) {
   const auto tree = [&](std::uint32_t body) {
     const std::uint32_t node = r.bodies[range.first_body + body].node;
@@ -146,7 +145,7 @@ void sort_ties(GroupScratch& r, const GroupScratch::Range& range, const GroupLoo
             [&](const GroupTie& x, const GroupTie& y) { return key(x) < key(y); });
 }
 
-/// A body that something pushes, if its island has loops.
+/// Lists a body on which a contact or tie acts, if its island has loops.
 void add_looped(GroupScratch& r, const GroupScratch::Range& range, std::uint32_t body) {
   const GroupTree* tree = tree_of(r, range, body);
   GroupBody& b = r.bodies[range.first_body + body];

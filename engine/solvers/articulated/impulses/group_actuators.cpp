@@ -1,6 +1,6 @@
-// Springs, friction and motors along the coordinates of joints of trees in contact: impulses as
-// their laws give them at the end of the substep, iterated with the contacts. So dry friction holds
-// and motors keep to their caps whatever the step.
+// Springs, friction and motors along the coordinates of joints of trees in contact. Their impulses
+// follow their laws at the end of the substep (implicit), iterated with the contacts. So dry
+// friction holds and motors keep to their caps, whatever the step.
 #include "engine/joints/joint_force.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 

@@ -1,4 +1,4 @@
-// Iterations of contacts that are cut short add no energy to what is left alone.
+// Truncated iterations of contacts add no energy to groups without other energy sources.
 #include <algorithm>
 
 #include "engine/solvers/articulated/impulses/contact_groups.hpp"
@@ -6,7 +6,7 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Of the energy of a substep.
+/// Tolerated gain, as a fraction of the energy of a substep.
 constexpr Real kEnergyRounding = 1e-9;
 
 }  // namespace

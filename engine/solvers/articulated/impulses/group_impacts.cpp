@@ -1,4 +1,4 @@
-// Impacts with restitution, at their time within the substep.
+// Impacts with restitution, at their times within the substep.
 #include <algorithm>
 
 #include "engine/solvers/articulated/impulses/group_points.hpp"
@@ -6,24 +6,24 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Of the way of a substep: what comes as near by its end meets within it. Else rounding decides
-/// whether it is stopped there, for good, as what must not go on.
+/// Points whose gap at the end is below this fraction of the substep's path meet within it. Else
+/// rounding decides, and the contact may stop the bodies without restitution.
 constexpr Real kMeets = 1e-9;
 constexpr int kImpactSweeps = 64;
-/// Friction turns what is not round, which changes how fast the point itself separates: of one
-/// impact, and the change of speed, as a part of the first, that ends it.
+/// Iterations of one impact, and the relative change that ends them: friction rotates bodies that
+/// are not round, which changes the separating speed of the point.
 constexpr int kStrikeIterations = 32;
 constexpr Real kStruckEnough = 1e-9;
 
-/// What the forces of the substep have changed of the speed of a point of a tree already.
+/// Velocity that the forces of the substep have already added at a point of a tree.
 Vec3 gained_by(const Group& g, const GroupBody& b, Vec3 arm) {
   if (b.node == kNoNode) return Vec3(0);
   const Wrench& motion = g.nodes[b.node].passing;
   return motion.force + glm::cross(motion.torque, arm);
 }
 
-/// Leaves in `passing` what the forces of the substep change of the motions of trees: joints bear
-/// some of the weight.
+/// Leaves in `passing` the change of motion by the forces of the substep in trees, whose joints
+/// carry some of the weight.
 void find_gained(const Group& g, Real h) {
   for (const GroupTree& t : g.trees) {
     for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
@@ -37,7 +37,7 @@ void find_gained(const Group& g, Real h) {
   }
 }
 
-/// The impulse, along the axes, that makes a contact separate at a speed, friction within its cone.
+/// The impulse, along the axes, after which a contact separates at a speed, with Coulomb friction.
 Vec3 strike(Pair& pair, const GroupContact& c, Real speed) {
   GroupContact at_once = c;
   at_once.impulse = Vec3(0), at_once.lead_a = c.arm_a, at_once.lead_b = c.arm_b;
@@ -52,9 +52,10 @@ Vec3 strike(Pair& pair, const GroupContact& c, Real speed) {
   return at_once.impulse;
 }
 
-/// The impact of two bodies that meet within the substep, at the time when they do. They continue
-/// as if they had come from where that leads back to. Trees, which are not moved back, meet at the
-/// start of the substep, with the speed that they have there. False if they do not meet.
+/// The impact of two bodies that meet within the substep, at the time of the impact. Free bodies
+/// are moved back so that the new velocity leads through the point of impact. Trees are not moved:
+/// they meet at the start of the substep, at the speed they have there. False if the bodies do not
+/// meet.
 bool meet(const Group& g, GroupContact& c, Real h) {
   PANTIN_ASSERT(c.works && c.restitution > 0);
   GroupBody &a = g.a(c), &b = g.b(c);

@@ -25,7 +25,7 @@ void add_drive(const Group& g, GroupNode& n, const GroupPart& part) {
     ahead = rotation_vector(to *
                             glm::conjugate(own_rotation(*n.joint, parent, target_at(drive, from))));
   const Real k = n.drive_share * part.h * drive.stiffness, d = n.drive_share * drive.damping;
-  // The target is where the drive wants the joint at the end.
+  // `to` is the target of the drive at the end of the substep.
   n.spring += Mat3(part.h * k + part.h * d);
   n.spring_torque += k * rotation_vector(to * glm::conjugate(n.rotation)) + d * ahead;
 }
@@ -80,7 +80,7 @@ void prepare_limits(const Group& g, std::uint32_t node, Real h) {
       limit.impulse = limit.before = 0;
       continue;
     }
-    // What acted another way is not there again, nor is a blow.
+    // Warm start along the same direction only, and without replaying an impact.
     const Real last = limit.impulse;
     const Real same = std::max(Real(0), glm::dot(limit.along, found[s].along));
     limit.impulse = found[s].both_ways ? last : same * std::min(last, limit.before);
@@ -88,7 +88,7 @@ void prepare_limits(const Group& g, std::uint32_t node, Real h) {
     limit.along = found[s].along, limit.clearance = found[s].clearance;
     limit.both_ways = found[s].both_ways;
     limit.response = glm::dot(limit.along, joint_response(g, n, limit.along));
-    // A joint that cannot turn this way has no use for the limit.
+    // A joint that cannot rotate in this direction does not need the limit.
     if (!(limit.response > 0)) limit.listed = false, limit.impulse = limit.before = 0;
   }
   if (std::any_of(std::begin(n.limits), std::end(n.limits), [](auto& l) { return l.listed; }))
@@ -123,8 +123,8 @@ Real solve_limits(const Group& g, Real h, const LimitSpring& spring) {
       if (!limit.listed) continue;
       PANTIN_ASSERT(limit.response > 0);
       const Real speed = glm::dot(limit.along, relative_spin(g, i));
-      // Bodies are never turned beyond a limit (group_motion.cpp). A spring takes hold a little
-      // before it: loads of heaps come to rest on that.
+      // Bodies are never rotated beyond a limit (group_motion.cpp). A spring acts a little before
+      // the limit: loads of heaps come to rest on it.
       const Real left = limit.clearance - spring.buffer;
       const bool springs = !limit.both_ways && left <= 0 && spring.by;
       const bool holds =

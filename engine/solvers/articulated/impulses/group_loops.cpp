@@ -1,20 +1,20 @@
-// Loops in contact: what closes them is solved together, directly.
+// Loops in contact: a direct solver closes all of them together.
 //
 // The rigid ties of an island (joints that close loops, exact pins besides those of the roots) need
 // impulses p on their points with
-//   (A + yield) p = -(u + what is closed of their gaps),   A = sum over joints of T^T m T,
-// u being the points' relative velocities without p, m the mobility of a joint and T the torque
-// there of unit impulses at a tie, on its way to the root. A = L L^T is factored once a substep,
-// row by row from the first tie to which one responds.
+//   (A + yield) p = -(u + closing velocity of their gaps),   A = sum over joints of T^T m T,
+// u being the points' relative velocities without p, m the mobility of a joint and T its torque
+// per unit impulse at a tie, on the tie's path to the root. The Cholesky factor A = L L^T is made
+// once a substep. Each row begins at the first tie coupled to it (envelope storage).
 //
-// Impulses of contacts, springs and cables act through the response with closed loops. A body that
-// they push has further rows Z = W L^-T, where W is the ties' response to an impulse on it; with
-// closed loops its response is W_0 - Z^T Z, W_0 being that without loops. While such impulses are
-// iterated, z follows them by z += Z f, and the loops change the body's motion by -Z^T z. At the
-// end p = -L^-T z acts on the trees. So one impulse stops a heavy ball on a light net, not a
+// Impulses of contacts, springs and cables act through the loop-closed response. Each body on which
+// they act has further rows Z = W L^-T, where W is the ties' response to an impulse on it. Its
+// loop-closed response is W_0 - Z^T Z (a Schur complement), W_0 being that without loops. While
+// such impulses f are iterated, z += Z f, and the loops change the body's motion by -Z^T z. At the
+// end p = -L^-T z acts on the trees. So a light net stops a heavy ball in one iteration, not in a
 // thousand.
 //
-// Blocks are of three rows and three columns; rows of a block lie side by side, filled up to four.
+// Blocks are 3 x 3; they are stored by columns, each padded to four numbers.
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
@@ -28,9 +28,9 @@ constexpr Real kYield = 1e-7;
 /// Geometric stiffness is added only where, over a substep, it exceeds this fraction of the body's
 /// inertia.
 constexpr Real kTaut = 1;
-/// Of the mass of a body, on which something fixed presses.
+/// Mass assigned to a fixed body in press(), as a multiple of the mass of the body it presses on.
 constexpr Real kFixedMass = 1e3;
-/// m/s: no gap is closed faster.
+/// m/s: the fastest closing velocity of a gap.
 constexpr Real kFastestReturn = 4;
 
 constexpr std::size_t kWide = kBlockWide;
@@ -48,7 +48,7 @@ struct Wrenches {
   Mat3 force{0}, torque{0};
 };
 
-/// What the joint of a node passes on to its parent's.
+/// The wrenches that the joint of a node passes on to its parent's joint.
 Wrenches passed_on(const GroupNode& n, const Wrenches& f) {
   const Mat3 relative = n.mobility * f.torque;
   Wrenches p;
@@ -58,7 +58,7 @@ Wrenches passed_on(const GroupNode& n, const Wrenches& f) {
   return p;
 }
 
-/// Adds to a way towards the root; true while there is a parent.
+/// Adds a joint to a path and moves on to the parent; true while there is a parent.
 bool climb(const Group& g, std::uint32_t& node, Wrenches& f, PathStep*& to) {
   const GroupNode& n = g.nodes[node];
   PANTIN_ASSERT(to < g.path_steps.data() + g.path_steps.size());
@@ -71,7 +71,7 @@ bool climb(const Group& g, std::uint32_t& node, Wrenches& f, PathStep*& to) {
 
 std::uint32_t node_of(const Group& g, std::uint32_t body) { return g.bodies[body].node; }
 
-/// The ways of a tie's two ends, one from where they meet.
+/// The paths of a tie's two ends to the root, merged from their lowest common ancestor on.
 void find_way(const Group& g, GroupTie& t) {
   PathStep* const begin = g.path_steps.data() + t.first_step;
   PathStep* to = begin;
@@ -99,13 +99,12 @@ std::span<PathStep> way_of(const Group& g, const GroupTie& t) {
   return g.path_steps.subspan(t.first_step, t.steps);
 }
 
-/// Marks the nodes on a way by what impulses on it do there: relative spin by impulse, of a free
-/// root velocity and spin.
+/// Marks the nodes on a path with the indices of their path steps.
 void mark(const Group& g, std::uint32_t first, std::span<PathStep> way) {
   for (std::uint32_t i = 0; i < way.size(); ++i) g.nodes[way[i].node].step = first + i;
 }
 
-/// Sum over the joints that two ways share.
+/// Block of A: the sum of T^T m T over the joints that two paths share.
 Mat3 shared(const Group& g, std::span<const PathStep> way, std::uint32_t first,
             std::uint32_t count) {
   Mat3 sum(0);
@@ -147,7 +146,7 @@ Mat3 less_products(const Mat3& m, const Real* a, const Real* b, std::size_t colu
               block[2 * kWide], block[2 * kWide + 1], block[2 * kWide + 2]);
 }
 
-/// Solves x L^T = x for one block, L being on the diagonal; that has its inverse pivots there.
+/// Solves x L^T = x for one block; L is a diagonal block with inverse pivots.
 void divide(Real* x, const Real* l) {
   for (std::size_t r = 0; r < 3; ++r) {
     x[r] *= l[0];
@@ -157,7 +156,7 @@ void divide(Real* x, const Real* l) {
   }
 }
 
-/// L of a block on the diagonal, with inverse pivots. Where none is left, there is no impulse.
+/// Factors a diagonal block, storing inverse pivots. A vanishing pivot gives no impulse.
 void factor_block(Real* l, Real least) {
   const auto inverse = [&](Real pivot) { return pivot > least ? 1 / std::sqrt(pivot) : 0; };
   l[0] = inverse(l[0]);
@@ -167,11 +166,11 @@ void factor_block(Real* l, Real least) {
   l[2 * kWide + 2] = inverse(l[2 * kWide + 2] - l[2] * l[2] - l[kWide + 2] * l[kWide + 2]);
 }
 
-/// Blocks of a row.
+/// A range of blocks in a row.
 struct Blocks {
   std::uint32_t first, end;
 };
-/// Solves x L^T = x in these, for three rows.
+/// Solves x L^T = x in this range, for one block row.
 void divide_row(const Group& g, const GroupLoops& l, Real* row, Blocks blocks) {
   const auto [first, end] = blocks;
   PANTIN_ASSERT(first <= end && end <= l.ties);
@@ -254,7 +253,7 @@ void set_left(const Group& g, const GroupLoops& l, std::uint32_t tie, Vec3 v) {
   z[0] = v.x, z[1] = v.y, z[2] = v.z;
 }
 
-/// An impulse at a point of a body.
+/// Applies an impulse at a point of a body.
 void push_at(const Group& g, std::uint32_t body, Vec3 arm, Vec3 impulse) {
   const std::uint32_t node = node_of(g, body);
   if (node == kNoNode) return;
@@ -262,8 +261,8 @@ void push_at(const Group& g, std::uint32_t body, Vec3 arm, Vec3 impulse) {
   apply(g, node, {impulse, glm::cross(arm, impulse)});
 }
 
-/// A pull at a point of a body, by its impulse over the substep, resists turning across the way
-/// from the joint to the point.
+/// Geometric stiffness of a tension at a point of a body, times h^2: it resists rotation about axes
+/// across the lever from the joint to the point. `impulse` is h times the tension's impulse.
 void add_pull(const Group& g, std::uint32_t body, Vec3 lever, Vec3 impulse) {
   const std::uint32_t node = node_of(g, body);
   const Real size = glm::dot(lever, lever), pull = glm::dot(impulse, lever);

@@ -1,4 +1,4 @@
-// How trees in contact move: the bodies turn, the joints place them.
+// Motion of trees in contact: bodies rotate by their spins, then joints place them.
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
@@ -11,17 +11,17 @@ namespace {
 /// m, in a substep: tolerance between the integrated pose and the pose that the joints allow.
 constexpr Real kPoseTolerance = 1e-5;
 constexpr int kMostRounds = 4;
-/// Of the gaps that loops may keep: those for which their equations are solved once more.
+/// The loop equations are rebuilt while a gap exceeds this multiple of GroupLoops::open.
 constexpr Real kNearlyClosed = 1.5;
-/// Steps that close loops are halved while they would open them.
+/// Smallest fraction of a loop-closing step; it is halved while it would widen the gap.
 constexpr Real kSmallestShare = 0.05;
-/// Of the bodies' velocities: what joints keep back of a way that is badly resolved.
+/// Relative velocity error of the joints' corrections above which their loss is full.
 constexpr Real kFastWay = 0.05;
-/// rad
+/// rad, in one correction.
 constexpr Real kFarthestTurn = 0.1;
 
-/// Angular momentum in the body after a time in which nothing acts: Euler's equations by the
-/// midpoint rule, which keeps its size and the energy, however thin the body is.
+/// Angular momentum in the body frame after torque-free rotation for a time h. The midpoint rule
+/// for Euler's equations keeps its magnitude and the energy, however thin the body is.
 Vec3 turned_momentum(Vec3 momentum, Vec3 inertia, Real h) {
   const Vec3 per = Real(1) / inertia;
   Vec3 next = momentum + h * glm::cross(momentum, per * momentum);
@@ -38,7 +38,7 @@ Vec3 turned_momentum(Vec3 momentum, Vec3 inertia, Real h) {
   return next;
 }
 
-/// A tree of which no anchor holds any part.
+/// A tree without an anchor.
 bool is_free(const Group& g, const GroupTree& t) { return g.nodes[t.first].free_root; }
 
 Vec3 own_velocity(const GroupBody& b, const GroupNode& n) { return speed_at(b, n.arm); }
@@ -50,8 +50,8 @@ int symmetry_axis(Vec3 inertia) {
   return apart.x <= apart.y && apart.x <= apart.z ? 0 : apart.y <= apart.z ? 1 : 2;
 }
 
-/// Turns a body by its spin. That about its axis of symmetry goes with the axis: what rolls on its
-/// side stays there.
+/// Rotates a body by its spin. The spin about its symmetry axis is carried along with the axis, so
+/// that a body rolling on its side stays there.
 Quat turned(const GroupBody& b, const GroupNode& n, Real h) {
   const int k = symmetry_axis(n.inertia);
   Vec3 inside = glm::conjugate(n.rotation) * b.spin, about(0);
@@ -60,7 +60,7 @@ Quat turned(const GroupBody& b, const GroupNode& n, Real h) {
                         from_rotation_vector(h * about));
 }
 
-/// The rotation that kind and limits of its joint leave a body.
+/// The rotation of a body, projected to what the kind and limits of its joint allow.
 Quat as_allowed(const GroupNode& n, Quat q, Quat parent) {
   if (!n.joint) return q;
   const Joint& joint = n.joint->joint;
@@ -70,13 +70,13 @@ Quat as_allowed(const GroupNode& n, Quat q, Quat parent) {
   return allowed == turned ? q : own_rotation(*n.joint, parent, allowed);
 }
 
-/// A tree while it moves: what holds it, at the end of the part.
+/// The anchor of a tree at one time: rotation of the anchor body, position of the anchor.
 struct Moved {
   Quat held{1, 0, 0, 0};
   Vec3 anchor{0};
 };
 
-/// Puts bodies where their joints want them, each turned to n.turned as far as its joint allows.
+/// Forward kinematics: rotates each body to n.turned as far as its joint allows, then places it.
 void place_by_joints(const Group& g, const GroupTree& t, const Moved& to) {
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
     const GroupNode& n = g.nodes[i];
@@ -93,8 +93,8 @@ void place_by_joints(const Group& g, const GroupTree& t, const Moved& to) {
   }
 }
 
-/// How the joints keep bodies from where their velocities lead: the largest distance, m, and the
-/// sum of mass times its square.
+/// Distances between the bodies and their goals: the largest, m, and the sum of mass times
+/// distance squared.
 struct Miss {
   Real largest = 0, sum = 0;
 };
@@ -109,7 +109,7 @@ Miss miss_of(const Group& g, const GroupTree& t) {
   return miss;
 }
 
-/// Makes the impulses in `passing` what they change. Returns the largest turn.
+/// Replaces impulses in `passing` by the changes they make. Returns the largest rotation, rad.
 Real respond_to_impulses(const Group& g, const GroupTree& t) {
   for (std::uint32_t i = t.first + t.count; i-- > t.first;) gather_impulse(g, i);
   Real most = 0;
@@ -122,7 +122,7 @@ Real respond_to_impulses(const Group& g, const GroupTree& t) {
   return most;
 }
 
-/// Turns the bodies by a part of that.
+/// Sets n.turned to the pose rotated by this fraction of the changes in `passing`.
 void turn_by(const Group& g, const GroupTree& t, Real part) {
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
     GroupNode& n = g.nodes[i];
@@ -137,8 +137,8 @@ void turn_back(const Group& g, const GroupTree& t) {
     g.bodies[g.nodes[i].body].pose = g.nodes[i].kept;
 }
 
-/// Impulses by which the bodies come nearer to where their velocities lead, heavy ones above all:
-/// else light links would throw about what hangs on them.
+/// Impulses towards the goals, weighted by mass, so that light links do not throw about the heavy
+/// bodies that hang on them.
 void push_towards_goals(const Group& g, const GroupTree& t) {
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
     GroupNode& n = g.nodes[i];
@@ -147,14 +147,14 @@ void push_towards_goals(const Group& g, const GroupTree& t) {
   }
 }
 
-/// Puts the bodies where the joints want them and, by turns that a mass must be worth, their
-/// velocities.
+/// Places the bodies by their joints, then minimises the mass-weighted distances to their goals by
+/// rotations (Gauss-Newton steps).
 void close_joints(const Group& g, const GroupTree& t, const Moved& to) {
   place_by_joints(g, t, to);
   Miss miss = miss_of(g, t);
   for (int round = 0; round < kMostRounds && miss.largest > kPoseTolerance; ++round) {
     push_towards_goals(g, t);
-    // Linear, so that no body turns far.
+    // The response is linearised: limit the largest rotation.
     turn_by(g, t, kFarthestTurn / std::max(kFarthestTurn, respond_to_impulses(g, t)));
     place_by_joints(g, t, to);
     const Miss now = miss_of(g, t);
@@ -167,7 +167,7 @@ Moved place_of(const GroupTree& t, Real fraction) {
   return {held_rotation_at(t, fraction), t.from + fraction * (t.to - t.from)};
 }
 
-/// Where the bodies would go, and turn.
+/// Integrates poses without regard to joints: goals of positions and rotations.
 void set_goals(const Group& g, GroupTree& t, const GroupPart& part) {
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
     GroupNode& n = g.nodes[i];
@@ -179,7 +179,7 @@ void set_goals(const Group& g, GroupTree& t, const GroupPart& part) {
   }
 }
 
-/// What the joints made of that.
+/// Stores the joints' corrections of positions; keeps the mass centre of a free tree on its path.
 void keep_mass_centre(const Group& g, const GroupTree& t, const GroupPart& part) {
   Vec3 mean(0), drift(0);
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
@@ -190,8 +190,8 @@ void keep_mass_centre(const Group& g, const GroupTree& t, const GroupPart& part)
   }
   if (!is_free(g, t) || t.is_tied_outside) return;
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) g.nodes[i].missed_by -= mean;
-  // The mass centre moves as its velocity says; in free flight by the mean, which is exact for a
-  // parabola.
+  // The mass centre moves by its velocity; in free flight by the mean velocity of the substep,
+  // which is exact for a parabola.
   drift /= t.mass;
   if (!t.touched) drift = 0.5 * (t.before + drift);
   Vec3 shift = part.h * drift;
@@ -210,8 +210,8 @@ struct AngularMomentum {
   Mat3 inertia{0};
 };
 
-/// The angular momentum of a free tree is that before it moved: what the joints took is given back
-/// by turning all of it.
+/// Restores the angular momentum that a free tree had before it moved, by a rigid rotation of its
+/// velocities.
 void keep_angular_momentum(const Group& g, const GroupTree& t, Vec3 before) {
   AngularMomentum now;
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
@@ -238,7 +238,7 @@ void keep_angular_momentum(const Group& g, const GroupTree& t, Vec3 before) {
   }
 }
 
-/// What each joint has passed on in the substep, from what its outboard bodies have gained.
+/// Joint impulses of the substep, from the momentum that the bodies outboard of each joint gained.
 void add_reactions(const Group& g, const GroupTree& t) {
   for (std::uint32_t i = t.first + t.count; i-- > t.first;) {
     GroupNode& n = g.nodes[i];
@@ -262,9 +262,9 @@ void add_reactions(const Group& g, const GroupTree& t) {
   }
 }
 
-/// Velocities come nearer to those with which the bodies have moved, where that takes energy: what
-/// the joints kept back is lost. Of short turns the joints keep back what curves the way: by as
-/// much less, so that the loss vanishes with the step.
+/// Moves velocities towards the average velocities of the substep where that removes energy: the
+/// motion that joints prevented is lost. Small corrections come from the curvature of paths alone;
+/// their share is smaller, so that the loss vanishes with the step.
 void slow_to_way(const Group& g, const GroupTree& t, Real h) {
   Real gained = 0, kept = 0, all = 0;
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
@@ -281,7 +281,7 @@ void slow_to_way(const Group& g, const GroupTree& t, Real h) {
     g.bodies[g.nodes[i].body].velocity += share * g.nodes[i].missed_by;
 }
 
-/// Kinetic energy of a tree within its mass centre's motion, J, from the momenta of the bodies.
+/// J: kinetic energy of a tree relative to its mass centre, from the momenta of its bodies.
 Real inner_energy(const Group& g, const GroupTree& t) {
   Vec3 drift(0);
   Real sum = 0;
@@ -295,7 +295,7 @@ Real inner_energy(const Group& g, const GroupTree& t) {
   return sum - 0.5 * glm::dot(drift, drift) / t.mass;
 }
 
-/// What moving the tree must not add.
+/// Scales motions relative to the mass centre so that moving the tree adds no energy.
 void bound_inner_energy(const Group& g, const GroupTree& t, Real before) {
   const Real now = inner_energy(g, t);
   if (!(now > before)) return;

@@ -1,11 +1,11 @@
 #pragma once
-/// Impulses between two bodies of a group, iterated on copies of their motions: what trees make of
-/// them is carried through the joints once, at the end.
+/// Impulses between two bodies of a group, iterated on copies of their motions. The sum propagates
+/// through the joints of trees once, at the end.
 #include "engine/solvers/articulated/impulses/contact_groups.hpp"
 
 namespace pantin::detail::articulated {
 
-/// A body of a pair while impulses on the pair are iterated, and the impulses on it.
+/// A body of a pair during the iteration: its motion and the sum of the impulses on it.
 struct Side {
   const GroupBody& body;
   const Response* response;  // of a body in a tree
@@ -45,12 +45,12 @@ struct Side {
   }
 };
 
-/// From the bodies' centres to a point.
+/// Arms from the `centre` of each body to a point.
 struct Arms {
   Vec3 a, b;
 };
 
-/// Two bodies of a group while impulses between them are iterated.
+/// Two bodies of a group during the iteration of impulses between them.
 struct Pair {
   Side a, b;
   const CrossResponse* cross;  // of two bodies of one tree
@@ -108,7 +108,7 @@ inline void end_pair(const Group& g, const PairOf& c, const Pair& pair) {
   end_side(g, c.a, pair.a), end_side(g, c.b, pair.b);
 }
 
-/// What an impulse at a point changes of the velocity at another.
+/// Change of the velocity at the arm `seen` by an impulse `d` at `arm`.
 inline Vec3 response_at(const Side& s, Vec3 arm, Vec3 d, Vec3 seen) {
   const Vec3 moment = glm::cross(arm, d);
   if (!s.response) return s.body.per_mass * d + glm::cross(s.body.response * moment, seen);
@@ -116,7 +116,7 @@ inline Vec3 response_at(const Side& s, Vec3 arm, Vec3 d, Vec3 seen) {
   return r.vf * d + r.vt * moment + glm::cross(d * r.vt + r.wt * moment, seen);
 }
 
-/// What an impulse `d` on a, and its opposite on b, changes of the relative velocity elsewhere.
+/// Change of the relative velocity at `seen` by an impulse `d` on a and its opposite on b.
 inline Vec3 response_of(const Pair& pair, const Arms& c, Vec3 d, const Arms& seen) {
   Vec3 moved = response_at(pair.a, c.a, d, seen.a) + response_at(pair.b, c.b, d, seen.b);
   if (!pair.cross) return moved;
@@ -127,7 +127,7 @@ inline Vec3 response_of(const Pair& pair, const Arms& c, Vec3 d, const Arms& see
   return moved;
 }
 
-/// The same there.
+/// The same at the arms of the impulse.
 inline Vec3 response_of(const Pair& pair, const Arms& c, Vec3 d) {
   return response_of(pair, c, d, c);
 }

@@ -8,19 +8,18 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// m/s: what overlaps is pushed apart no faster.
+/// m/s: the fastest separation of overlaps.
 constexpr Real kPushSpeed = 1;
 constexpr int kPointIterations = 8;
-/// What acts between a pair is iterated until it changes by less than this part of what it did at
-/// first.
+/// Iterations over a pair end when changes fall below this fraction of the first one.
 constexpr Real kPairTolerance = 0.02;
-/// Of a contact of bodies in trees, as a fraction of that without joints.
+/// Least response of a contact of bodies in trees, as a fraction of that without joints.
 constexpr Real kLeastResponse = 1e-4;
 
-/// Sweeps with no result go on changing speeds by as much as walls close.
+/// A group is jammed if a sweep still changes speeds by this fraction of the walls' closing speed.
 constexpr Real kJammed = 0.125;
 
-/// m/s: of a hard contact.
+/// m/s: separating speed of a hard contact.
 Real push_speed(const GroupContact& c, const Substep& s) {
   return c.gap < (s.alone ? -c.shallow : 0) ? std::min(-0.2 * c.gap / s.h, kPushSpeed) : 0;
 }
@@ -49,7 +48,7 @@ Vec3 solve_point(const Pair& pair, GroupContact& c, const Goal& goal) {
   Real f2 = c.impulse.z - (u2 + c.cross_second * more) / c.aside;
   const Real held = std::sqrt(f1 * f1 + f2 * f2), most = c.friction * normal;
   if (normal == 0)
-    f1 = f2 = 0;  // squares of tiny ones may be zero
+    f1 = f2 = 0;  // squares of tiny values may underflow to zero
   else if (held > most)
     f1 *= most / held, f2 *= most / held;
   const Vec3 change = Vec3(normal, f1, f2) - c.impulse;
@@ -66,7 +65,7 @@ Real solve_points(const Group& g, std::span<GroupContact> points, const Substep&
   if (working == 0) return most;
   PANTIN_ASSERT(have_same_bodies(points.front(), points.back()));
   const bool rolls = points.front().rolling != kNoNode;
-  // What is left of a pair of trees would swing on through their joints.
+  // Trees: a residual of one pair would go on oscillating through the joints.
   const bool converges = rolls || s.hard || g.trees.empty();
   const int iterations = working > 1 || rolls ? kPointIterations : 1;
   Pair pair = begin_pair(g, pair_of(points.front()));
@@ -91,7 +90,7 @@ Real solve_points(const Group& g, std::span<GroupContact> points, const Substep&
   return most;
 }
 
-/// m/s: how fast the fixed body of a contact that bears comes, or deep overlaps are pushed out.
+/// m/s: approach of the fixed body of an active contact, plus the separating speed of an overlap.
 Real asked_speed(const Group& g, const GroupContact& c, const Substep& s) {
   const GroupBody& b = g.b(c);
   const Real comes = glm::dot(c.axes[0], speed_at(b, c.arm_b));
@@ -146,9 +145,9 @@ void prepare_contact(const Group& g, GroupContact& c) {
   c.cross_first = glm::dot(c.axes[1], moved[0]), c.cross_second = glm::dot(c.axes[2], moved[0]);
   const Real k1 = glm::dot(c.axes[1], moved[1]), k2 = glm::dot(c.axes[2], moved[2]),
              k12 = glm::dot(c.axes[1], moved[2]);
-  // The softer of the two tangential directions: a mean would overshoot in it.
+  // The larger tangential response: a mean would overshoot in the softer direction.
   c.aside = 0.5 * (k1 + k2) + std::sqrt(0.25 * (k1 - k2) * (k1 - k2) + k12 * k12);
-  // Joints may leave a pair of bodies hardly any way to give in: the contact is theirs then.
+  // Joints may leave a pair of bodies hardly any response: the contact is then inactive.
   const Real loose = kLeastResponse * (pair.a.body.per_mass + pair.b.body.per_mass);
   c.works = c.along > loose && c.aside > loose;
   if (!c.works) c.impulse = Vec3(0);

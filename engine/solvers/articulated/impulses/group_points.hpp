@@ -1,13 +1,13 @@
 #pragma once
-/// Contact points of a group: how they respond in a substep, and impulses on them, point by point
-/// and pair by pair.
+/// Contact points of a group: their response in a substep, and impulses, point by point and pair by
+/// pair.
 #include "engine/solvers/articulated/impulses/group_pair.hpp"
 
 namespace pantin::detail::articulated {
 
-/// What a sweep over contacts aims at.
+/// Purpose of a sweep: solve contacts with springs, or relax velocities without them.
 enum class Sweep : std::uint8_t { solves, relaxes };
-/// From which end it goes over them.
+/// The end from which a sweep goes over the contacts.
 enum class Order : std::uint8_t { forwards, backwards };
 inline Order turned(Order order, int times) {
   return (order == Order::backwards) != (times % 2 == 1) ? Order::backwards : Order::forwards;
@@ -15,40 +15,39 @@ inline Order turned(Order order, int times) {
 
 struct Substep {
   Real h = 0;
-  Real reach = 0;  // s: what touches within so long, or comes to a limit, is stopped by then
+  Real reach = 0;  // s: contacts and limits reached within this time are active
   GroupPart part;
   Softness between, against_fixed;
-  Real before_limits = 0;  // rad: from there on springs act before a limit
-  bool hard = false;       // without springs
+  Real before_limits = 0;  // rad: clearance from which a spring acts before a limit
+  bool hard = false;       // contacts without springs
   int most_sweeps = 1;
-  bool few_points = false;  // of trees: their impacts are iterated further
-  bool strikes = false;     // of those: something has just struck
-  bool alone = false;       // one body: its shallow overlaps are closed at the end of the step
-  Real enough = 0;  // m/s: smaller changes of speed end the iteration, of few bodies or points
+  bool few_points = false;  // trees at few points: their impacts are iterated further
+  bool strikes = false;     // of those: directly after an impact
+  bool alone = false;       // one body: shallow overlaps are closed at the end of the step
+  Real enough = 0;          // m/s: tolerance of the iteration, of few bodies or points
 };
 
-/// So many free bodies are iterated until nothing changes, without springs.
+/// Groups of at most so many free bodies are iterated to convergence, without springs.
 inline constexpr std::size_t kFewBodies = 3;
-/// m/s: slower strikes are no blows, and give nothing back; below the second they do not end a part
-/// of a substep.
+/// m/s: least closing speed of an impact with restitution; least one that divides a substep.
 inline constexpr Real kLeastBlow = 0.05, kLeastTimed = 0.5;
 
-/// Half of the drag before the forces of a substep, half after its contacts: what rests is not
-/// lighter for its drag.
+/// Half of the drag, in a substep before the forces and again after the contacts: so drag does not
+/// reduce the load of bodies at rest.
 void slow_down(GroupBody& b, Real h);
-/// A free body, and a fixed one that is led.
+/// Moves a free or kinematic body.
 void move(GroupBody& b, Vec3 velocity, Real h);
 
-// How many substeps a group takes, and where they are divided (group_substeps.cpp).
+// Number of substeps of a group, and where impacts divide them (group_substeps.cpp).
 int substeps_of(const Group& g, Real h);
-/// Points of a rim that stay on their body become the one that goes around, where it goes far.
+/// If a rim rolls far, all its points become the one lowest point that moves around it.
 void join_rims(const Group& g, Real h);
 /// The springs of contacts in a substep that is part of one of h seconds.
 void set_springs(Substep& s, Real h);
-/// Of trees at few points impacts are iterated further; motors at their caps would ask for too
-/// much.
+/// Whether trees touch at few points, and no joint has an actuator: their impacts are iterated
+/// further. Motors at their caps would need too many sweeps.
 bool has_few_points(const Group& g, Real h);
-/// When what flies first strikes something, s, if that is within h, and not all at once; else h.
+/// s: time of the first impact of separated points; h if there is none before h or it is immediate.
 /// Between substeps velocities are those of mass centres.
 Real first_strike(const Group& g, Real h);
 
@@ -60,49 +59,49 @@ inline Arms arms_of(const GroupContact& c) { return {c.arm_a, c.arm_b}; }
 inline Arms leads_of(const GroupContact& c) { return {c.lead_a, c.lead_b}; }
 inline PairOf pair_of(const GroupContact& c) { return {c.a, c.b, c.cross}; }
 
-/// Arms of bodies without joints start at their mass centres.
+/// Sets `centre` of bodies without joints to their mass centres.
 void centre_bodies(const Group& g);
-/// Arms and gap of a contact where its bodies are now.
+/// Updates arms and gap of a contact at the current poses.
 void place(const Group& g, GroupContact& c);
-/// Velocities count where the contact is half a substep later: so points go along the chord of
-/// their way, while impulses act where they are.
+/// Velocities are evaluated where the contact is half a substep later, so that points move along
+/// the chord of their path. Impulses act at the current position.
 void lead(const Group& g, GroupContact& c, Real h);
-/// The response of a contact.
+/// Computes the response of a contact, and whether it is active.
 void prepare_contact(const Group& g, GroupContact& c);
-/// The impulses that a contact has, on its bodies.
+/// Applies the accumulated impulse of a contact to its bodies.
 void push(const Group& g, const GroupContact& c);
-/// Normal speed that a contact asks for at least.
+/// The least normal speed that a contact requires.
 struct Goal {
   Real speed = 0;
   Softness spring;
 };
-/// One point, with friction: returns the change of its impulse, N s, which is not pushed yet.
+/// Solves one point with friction. Returns the change of impulse, N s, which is not applied yet.
 Vec3 solve_point(const Pair& pair, GroupContact& c, const Goal& goal);
-/// Whether sweeps that ended with such a change of speed, m/s, can have no result: bodies that move
-/// by themselves, or overlaps, ask from both sides for room that there is not.
+/// Whether sweeps that ended with this change of speed, m/s, cannot converge: kinematic bodies or
+/// overlaps require a body to move in opposite directions.
 bool is_jammed(const Group& g, const Substep& s, Real change);
-/// Every contact once, those of the same bodies together, from either end. Returns the largest
-/// change of speed, m/s.
+/// One sweep over the contacts, pair by pair, from either end. Returns the largest change of speed,
+/// m/s.
 Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, Order order);
 
-/// Lasting loads compress the springs; while nothing moves, that is taken up by and by. Among trees
-/// the two bodies alone count, since an arm may swing for long; towers creep unless all of them
-/// does. Points of the same two bodies share it: else the one that bears most would be given ever
-/// more to bear.
+/// Adapts Contact::rest to the springs' compression under lasting loads, while bodies hardly move.
+/// Among trees only the two bodies have to be calm, since an arm may swing for long; towers would
+/// creep unless all bodies are. Points of the same two bodies share the mean: else the most loaded
+/// one would take ever more load.
 void take_up(const Group& g, const Substep& s, Real h);
 
-/// Impacts of the substep, pair by pair until none approaches: a row of balls passes a blow on.
-/// Whether there were any (group_impacts.cpp).
+/// Impacts with restitution in the substep, pair by pair until none approaches, so that a row of
+/// balls passes on an impact. Returns whether there were any (group_impacts.cpp).
 bool collide_elastically(const Group& g, const Substep& s);
 
 // Rolling and spinning friction (group_rolling.cpp), of bodies that have it.
 
-/// What torques change of the relative turning.
+/// The response of the relative spin to torques.
 void prepare_rolling(const Pair& pair, GroupRolling& r);
-/// Torques on the two bodies, bounded by the normal impulses. Returns the change of speed at the
-/// contact, m/s.
+/// Solves the torques on the two bodies, bounded by the normal impulses. Returns the change of
+/// speed at the contact, m/s.
 Real solve_rolling(const Group& g, Pair& pair, GroupRolling& r);
-/// The impulse that it has, as far as the normal impulses of its contacts allow it, on its bodies.
+/// Applies the accumulated torque impulse to its bodies, within the bounds of the normal impulses.
 void push(const Group& g, GroupRolling& r);
 
 }  // namespace pantin::detail::articulated

@@ -1,14 +1,15 @@
-// Groups of free bodies that hardly move, solved as a whole in one step.
+// Groups of free bodies at rest, solved as a whole in one step.
 //
 // The velocities v at the end of the step are those at which
 //   1/2 (v - v*)^T M (v - v*) + 1/2 sum over points of R |p|^2
-// is least, with v* those without contacts. The impulse p of a point is (goal - J v) / R, brought
-// into Coulomb's cone: a contact that gives way by R, so little that no load shows. Newton's method
-// with a factor of M + J^T G J, whose blocks are pairs of bodies that touch: a tower's is a line.
-// What rests needs no iteration or one, whatever it weighs. [Castro, Permenter & Han 2022]
+// is least, with v* those without contacts. The impulse p of a point is (goal - J v) / R, projected
+// to Coulomb's cone. The compliance R is so small that loads leave no visible overlap. Newton's
+// method uses a factor of M + J^T G J, whose blocks are pairs of bodies that touch: a tower's is
+// banded. Groups at rest take at most one iteration, whatever their weight.
+// [Castro, Permenter & Han 2022]
 //
-// The cone of that problem is convex, so what slides is lifted by its friction: where something
-// slides, moves or does not converge, nothing is done here, and sweeps follow (step_group.cpp).
+// The convex problem lets friction lift sliding bodies. So where a body slides, moves, or the
+// search does not converge, nothing is done here, and sweeps follow (step_group.cpp).
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -20,33 +21,33 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// m/s, and of the size of a body in a step: what moves no faster is calm.
+/// A body is calm below this speed, m/s, and this path in a step, in sizes of the body.
 constexpr Real kCalmSpeed = 0.02, kCalmWay = 0.02;
-/// m/s: what few bodies do is exact without, unless it is nothing.
+/// m/s: the same for few bodies, whose other method is exact: they must be nearly still.
 constexpr Real kStill = 1e-3;
-/// Sizes of a body in a second: what slides faster is not at rest.
+/// Sizes of a body per second: faster sliding is not rest.
 constexpr Real kSlides = 0.05;
-/// Of the response of a point to an impulse: how far it gives way.
+/// Compliance R, as a fraction of the response of a point.
 constexpr Real kCompliance = 1e-7;
-/// Of the speed that weight gives in a step: no load closes a point faster, after so many times in
-/// which the points of heavier loads give way less.
+/// Largest closing speed under load, as a fraction of the speed that weight gives in a step; points
+/// that exceed it are made stiffer, so many times at most.
 constexpr Real kSinks = 1e-5;
 constexpr int kHardenings = 8;
-/// Of shallow overlaps: what is deeper is pushed apart by sweeps, faster.
+/// Multiples of a shallow overlap: deeper ones are left to sweeps, which separate them faster.
 constexpr Real kDeep = 2;
-/// Of an overlap deeper than the last, in sizes of a body, closed in a step; and in such sizes in a
-/// second, no faster.
+/// Fraction of an overlap closed in a step; largest closing speed, sizes of a body per second;
+/// overlap that stays, in sizes of a body.
 constexpr Real kClosed = 0.2, kCloses = 1e-2, kSunk = 1e-6;
-/// Of the way of a weight in a step, as a speed: points that come so near may press.
+/// Points closing to within this fraction of the speed that weight gives in a step may be active.
 constexpr Real kMayPress = 0.1;
 constexpr int kFirstIterations = 2, kSearchSteps = 40;
-/// Of that response, and iterations with it.
+/// Continuation: multiples of the compliance, and iterations with each.
 constexpr std::pair<Real, int> kSofter[] = {{1e4, 20}, {1e3, 20}, {1e2, 20}, {1e1, 20}, {1, 20}};
-/// Of the fastest speed without contacts, but no less than kLeastSpeed (m/s): what may be left, and
-/// so many times more where it falls no further. Where more is left with soft points, the search
-/// would not end.
+/// Tolerance of the residual, as a fraction of the fastest speed without contacts, which counts as
+/// kLeastSpeed (m/s) at least; kNearly times that where rounding stops progress. With soft points,
+/// a larger residual than kHopeless means that the search would not converge.
 constexpr Real kBalanced = 1e-9, kNearly = 100, kLeastSpeed = 1e-6, kHopeless = 1e-2;
-/// Of the slope of a search along a direction.
+/// Tolerance of a line search, as a fraction of its initial slope.
 constexpr Real kSearched = 1e-3;
 
 /// m: a radius of gyration.
@@ -55,28 +56,28 @@ Real size_of(const GroupBody& b) {
   return std::sqrt(b.per_mass / std::min({per.x, per.y, per.z}));
 }
 
-/// m/s^2: the most that bodies would accelerate by themselves.
+/// m/s^2: the largest acceleration of a body by weight and applied force.
 Real weight_of(const Group& g) {
   Real most = 0;
   for (const GroupBody& b : g.bodies) most = std::max(most, glm::length(b.acceleration));
   return most;
 }
 
-/// Of a body, how it moves; a fixed one moves as it does.
+/// A motion of a body; a fixed one keeps its own, and has no direction.
 Wrench motion_of(const Group& g, std::uint32_t body, Wrench RestBody::*motion) {
   if (body < g.resting.size()) return g.resting[body].*motion;
   const GroupBody& b = g.bodies[body];
   return motion == &RestBody::direction ? Wrench{} : Wrench{b.velocity, b.spin};
 }
 
-/// m/s, of a's point relative to b's, along the axes.
+/// m/s: velocity of a's point relative to b's, along the axes.
 Vec3 speed_of(const Group& g, const GroupContact& c, Wrench RestBody::*motion) {
   const Wrench a = motion_of(g, c.a, motion), b = motion_of(g, c.b, motion);
   return contact::along_axes(
       c.axes, a.force + glm::cross(a.torque, c.arm_a) - b.force - glm::cross(b.torque, c.arm_b));
 }
 
-/// An impulse along the axes, and how it changes with the speed.
+/// The contact law: impulse along the axes, and minus its derivative by the velocity.
 struct Law {
   Vec3 impulse{0};
   Mat3 stiffness{0};
@@ -109,7 +110,7 @@ Mat3 inertia_of(const GroupBody& b) {
   return Mat3(i.x * r[0], i.y * r[1], i.z * r[2]) * glm::transpose(r);
 }
 
-/// What a motion holds: momentum and angular momentum.
+/// Momentum and angular momentum of a motion.
 Wrench momentum_of(const GroupBody& b, const RestBody& r, const Wrench& motion) {
   return {motion.force / b.per_mass, r.inertia * motion.torque};
 }
@@ -125,7 +126,7 @@ void begin_bodies(const Group& g, Real h) {
   }
 }
 
-/// Points that may touch in the step. False where they overlap so far that sweeps part them.
+/// Contacts that may act in the step. False if an overlap is so deep that sweeps must separate it.
 bool begin_contacts(const Group& g, Real h) {
   const Real weight = weight_of(g);
   for (std::size_t i = 0; i < g.contacts.size(); ++i) {
@@ -148,7 +149,7 @@ bool begin_contacts(const Group& g, Real h) {
   return true;
 }
 
-/// What is left of the balance of momenta. Returns the largest as a speed of a body, m/s.
+/// Computes the residuals of momentum. Returns the largest as a speed of a body, m/s.
 Real measure(const Group& g) {
   for (std::size_t i = 0; i < g.resting.size(); ++i) {
     RestBody& r = g.resting[i];
@@ -185,13 +186,13 @@ void add_block(Real* block, const Mat3 (&parts)[2][2]) {
           parts[i / 3][j / 3][static_cast<int>(j % 3)][static_cast<int>(i % 3)];
 }
 
-/// An end of a contact: the row of its body, and its arm.
+/// One side of a contact: the row of its body, and its arm.
 struct End {
   std::size_t row;
   Mat3 arm;  // as a cross product
 };
 
-/// J^T K J of two ends.
+/// Adds J^T K J of two sides.
 void add_contact(const BlockEnvelope& e, const Mat3& k, const End& a, const End& b) {
   if (a.row < b.row) return add_contact(e, k, b, a);
   const Mat3 moment = b.arm * k;
@@ -231,7 +232,7 @@ void assemble(const Group& g, const BlockEnvelope& e) {
   }
 }
 
-/// Newton's direction. False where the factor fails.
+/// Newton's direction. False if the factorisation fails.
 bool find_direction(const Group& g) {
   const BlockEnvelope e = envelope_of(g);
   assemble(g, e);
@@ -251,7 +252,7 @@ bool find_direction(const Group& g) {
   return true;
 }
 
-/// How the sum falls along the way at a part of it: convex, so it grows with the part.
+/// Derivative of the objective along the direction; it increases, since the objective is convex.
 struct Slope {
   const Group& g;
   Real first = 0, second = 0;  // of the bodies: first + part * second
@@ -280,14 +281,14 @@ struct Slope {
   }
 };
 
-/// The part of the way at which the sum is least, or all of it.
+/// Line search: the fraction of the direction at which the objective is least, at most 1.
 Real search(const Group& g) {
   const Slope slope(g);
   const Real start = slope.at(0), enough = kSearched * std::abs(start);
   Real low = 0, high = 1, at_low = start, at_high = slope.at(1);
   if (at_high <= enough) return 1;
   for (int n = 0; n < kSearchSteps; ++n) {
-    // The false position, kept off the ends.
+    // Regula falsi, with a bisection every third time.
     const Real guess = low - at_low * (high - low) / (at_high - at_low);
     const Real part = n % 3 == 2 ? 0.5 * (low + high) : guess;
     const Real now = slope.at(part);
@@ -300,15 +301,15 @@ Real search(const Group& g) {
   return low;
 }
 
-/// From the velocities of the step before; points that may press are expected to.
+/// Starts from the velocities of the last step, with the predicted active set.
 void start(const Group& g) {
   for (std::size_t i = 0; i < g.resting.size(); ++i)
     g.resting[i].motion = {g.bodies[i].velocity, g.bodies[i].spin};
   for (RestContact& r : g.rest_contacts) r.presses = r.may_press;
 }
 
-/// Newton's method until no body is left out of balance by more than `enough`, m/s, or by not much
-/// more where rounding ends it.
+/// Newton's method until no residual exceeds `enough`, m/s, or kNearly times that where rounding
+/// stops progress.
 bool iterate(const Group& g, Real enough, int most) {
   Real before = std::numeric_limits<Real>::infinity();
   for (int n = 0;; ++n) {
@@ -323,7 +324,7 @@ bool iterate(const Group& g, Real enough, int most) {
   }
 }
 
-/// From points that give way far more: who bears what shows there.
+/// Continuation from far larger compliances, where the distribution of loads is found first.
 bool iterate_softer(const Group& g, Real fastest) {
   start(g);
   const auto scale = [&](Real by) {
@@ -340,7 +341,7 @@ bool iterate_softer(const Group& g, Real fastest) {
   return false;
 }
 
-/// Heavy loads on light bodies: their points give way less. Whether there are any.
+/// Reduces the compliance under heavy loads on light bodies. Whether there are any.
 bool harden(const Group& g, Real h) {
   const Real most = kSinks * h * weight_of(g);
   bool any = false;
@@ -352,7 +353,7 @@ bool harden(const Group& g, Real h) {
   return any;
 }
 
-/// Whether it stays calm with the velocities found.
+/// Whether no contact slides at the velocities found.
 bool is_at_rest(const Group& g) {
   for (std::size_t i = 0; i < g.contacts.size(); ++i) {
     const RestContact& r = g.rest_contacts[i];

@@ -6,7 +6,7 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// What a torque on a, and its opposite on b, changes of their relative spin.
+/// Response of the relative spin to a torque on a and its opposite on b.
 Vec3 spin_response(const Pair& pair, Vec3 torque) {
   const auto own = [&](const Side& s) {
     return s.response ? s.response->wt * torque : s.body.response * torque;
@@ -16,7 +16,7 @@ Vec3 spin_response(const Pair& pair, Vec3 torque) {
   return both - pair.cross->wt * torque - torque * pair.cross->wt;
 }
 
-/// N m s.
+/// Bounds of the torque impulse, N m s.
 contact::RollingBounds bounds_of(const Group& g, const GroupRolling& r) {
   PANTIN_ASSERT(is_part(r.first, r.count, g.contacts.size()));
   contact::RollingBounds b;
@@ -31,7 +31,7 @@ void prepare_rolling(const Pair& pair, GroupRolling& r) {
   const Vec3 first = spin_response(pair, r.axes[1]), second = spin_response(pair, r.axes[2]);
   const Real k1 = glm::dot(r.axes[1], first), k2 = glm::dot(r.axes[2], second),
              k12 = glm::dot(r.axes[1], second);
-  // The softer direction, as of friction.
+  // The larger response, as in prepare_contact().
   r.across = 0.5 * (k1 + k2) + std::sqrt(0.25 * (k1 - k2) * (k1 - k2) + k12 * k12);
 }
 

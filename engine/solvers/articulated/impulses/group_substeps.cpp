@@ -1,4 +1,4 @@
-// How many substeps a group takes, and where they are divided.
+// Number of substeps of a group, and where impacts divide them.
 #include <algorithm>
 
 #include "engine/solvers/articulated/impulses/group_points.hpp"
@@ -7,33 +7,33 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// s: no substep is longer, and no step has more of them. Trees keep their joints whatever its
-/// length; towers of bodies need shorter ones.
+/// s: the longest substeps. Trees keep their joints at any length; towers of bodies need shorter
+/// substeps.
 constexpr Real kLongestSubstep = 1.0 / 470, kLongestTreeSubstep = 1.0 / 235,
                kLongestHardSubstep = 1.0 / 235;
-/// Of trees at few points, whose motion converges with the step, more: a short step is then as much
-/// finer than one of 1/60 s as it is shorter.
+/// Bounds on substeps of a step. Trees at few points, whose motion converges with the step, take at
+/// least three: so substeps shrink in proportion to steps below 1/60 s.
 constexpr int kLeastTreeSubsteps = 2, kLeastAtFewPoints = 3, kMostSubsteps = 32,
               kMostRimSubsteps = 128;
-/// rad: bodies of trees turn by no more in a substep, as long as that many are enough; nor do free
-/// ones that roll on a rim, and the place on it where they touch.
+/// rad in a substep, unless that takes too many: rotation of bodies of trees; rotation of a free
+/// body that rolls on a rim, and of its contact around the rim.
 constexpr Real kLargestTurn = 0.5, kLargestRoll = 0.1;
-/// rad, in the step: a rim that goes further around touches at one place alone, unless it leans by
-/// less.
+/// rad: a rim that rolls further in a step has one contact place, unless it leans by less than the
+/// second.
 constexpr Real kFarAround = 0.5, kFlat = 0.01;
 /// Cosine of the angle between normal and axis from which a rim leans.
 /// Cosine below which a body lies on its side and rolls as a drum.
 constexpr Real kLeaning = 0.7, kLying = 0.02;
-/// Bodies whose moments differ by less about two axes are round.
+/// Relative difference of two moments of inertia below which a body is axially symmetric.
 constexpr Real kRound = 1e-6;
-/// Hz: of the springs between free bodies; twice that against fixed ones. With damping far above
-/// the critical.
+/// Hz: contact springs between free bodies; twice that against fixed ones. Damping is far above
+/// critical.
 constexpr Real kContactFrequency = 60, kDampingRatio = 10;
-/// In a step of so many seconds; in shorter ones more, for which time is left: in proportion.
+/// Points that count as few in a step of this length, s; more in shorter steps, in proportion.
 constexpr Real kFewPointsOfTrees = 12, kStepOfFewPoints = 1.0 / 240;
-/// rad, and of shorter substeps as much less: the spring before a limit vanishes with the step.
+/// rad: spring zone before a limit; it shrinks with the substep.
 constexpr Real kBuffer = 0.01;
-/// A strike so near to either end of a substep, as a part of it, does not divide it.
+/// An impact within this fraction of either end of a substep does not divide it.
 constexpr Real kAtOnce = 1e-3;
 
 Softness softness_of(Real frequency, Real h) {
@@ -41,8 +41,8 @@ Softness softness_of(Real frequency, Real h) {
   return {omega / a, b / (1 + b), 1 / (1 + b)};
 }
 
-/// The spin of a body in a net, of a round one only that of its axis: about the axis a rod on which
-/// something slides may turn far.
+/// The spin of a body in a net, of a round one without that about its axis: a rod on which bodies
+/// slide may rotate far about its axis.
 Vec3 turning_of(const GroupBody& b) {
   for (int k = 0; k < 3; ++k) {
     const Real x = b.per_inertia[(k + 1) % 3], y = b.per_inertia[(k + 2) % 3];
@@ -53,7 +53,7 @@ Vec3 turning_of(const GroupBody& b) {
   return b.spin;
 }
 
-/// Where a leaning disc touches moves around its rim faster than it turns.
+/// Whether a leaning rim touches: its contact moves around the rim faster than the body rotates.
 bool touches_with_rim(const Group& g, const GroupContact& c) {
   const auto leans = [&](const GroupBody& b, const contact::TouchedPlace& on) {
     return on.circle > 0 && std::abs(glm::dot(b.pose.rotation * on.axis, c.axes[0])) > kLeaning;
@@ -61,7 +61,7 @@ bool touches_with_rim(const Group& g, const GroupContact& c) {
   return leans(g.a(c), c.on_a) || leans(g.b(c), c.on_b);
 }
 
-/// How fast the place where a rim touches goes around, in the world and on the body, rad/s.
+/// Rate of a rim's contact around the rim, in the world and on the body, rad/s.
 Real rolling_rate(const GroupBody& b, const contact::TouchedPlace& on, Vec3 normal) {
   if (on.circle == 0) return 0;
   const Vec3 axis = b.pose.rotation * on.axis;
@@ -139,7 +139,7 @@ Real first_strike(const Group& g, Real h) {
     const Real gap = glm::dot(n, a.pose.position + arm_a - b.pose.position - arm_b);
     const Real speed = glm::dot(
         n, a.velocity + glm::cross(a.spin, arm_a) - b.velocity - glm::cross(b.spin, arm_b));
-    // What bounces does so at its time by itself.
+    // Contacts with restitution are handled at their time by collide_elastically().
     if (!(gap > 0) || !(speed < -kLeastTimed) || c.restitution > 0) continue;
     const Real pull = glm::dot(n, a.acceleration - b.acceleration);
     const Real root = std::sqrt(std::max(Real(0), speed * speed - 2 * pull * gap));

@@ -1,4 +1,4 @@
-// What lasting loads compress in the springs of contacts is given back by and by.
+// Compensates the compression of contact springs under lasting loads, over some seconds.
 #include <algorithm>
 
 #include "engine/solvers/articulated/impulses/group_points.hpp"
@@ -6,17 +6,17 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// s: in which a load's compression is given back.
+/// s: time constants of the compensation; fraction of the compression that is compensated.
 constexpr Real kTakeUpTime = 0.4, kTakeUpTimeOfTrees = 2, kTakenUp = 0.998;
-/// m/s: slower bodies let springs take up their loads; much faster ones give that back.
+/// m/s: slower bodies have their compression compensated; above the second, that is undone.
 constexpr Real kCalmSpeed = 0.005, kWildSpeed = 0.02;
-/// Overlaps of trees so many times deeper than shallow ones that last this long, s, stay: what is
-/// interlocked would fight for ever.
+/// Overlaps of trees this many times deeper than shallow ones are accepted over this time, s:
+/// interlocked bodies would be pushed back and forth for ever.
 constexpr Real kInterlocked = 4, kGiveUpTime = 2;
 /// m: above 0 it tells contact detection that the contact is soft.
 constexpr Real kLeastRest = 1e-12;
 
-/// m, by which a contact's spring is compressed.
+/// m: compression of a contact's spring.
 Real compression(const Group& g, const GroupContact& c, const Substep& s) {
   const Softness& spring = spring_of(g, c, s);
   PANTIN_ASSERT(spring.rate > 0 && spring.by_mass > 0);

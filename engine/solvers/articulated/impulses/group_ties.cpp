@@ -7,7 +7,7 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// m/s: no gap is closed faster.
+/// m/s: the fastest closing velocity of a gap.
 constexpr Real kFastestReturn = 4;
 
 const Vec3 kAxes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
@@ -25,10 +25,10 @@ Vec3 impulse_of(const GroupTie& t) {
   return t.kind == GroupTie::Kind::cable ? -t.impulse.x * direction_of(t) : t.impulse;
 }
 
-/// Of a spring with a damper: impulse by relative velocity, that of the end of the substep.
+/// Of a spring with a damper: impulse per relative velocity at the end of the substep (implicit).
 Real stiffness_of(const GroupTie& t, Real h) { return h * (h * t.stiffness + t.damping); }
 
-/// The change of a cable's tension. One that is slack is left the way that it has.
+/// The change of a cable's tension impulse. A slack cable may stretch by its slack in the substep.
 Real solve_cable(GroupTie& t, Real speed, Real h, Real part) {
   PANTIN_ASSERT(t.kind == GroupTie::Kind::cable && t.along > 0);
   const Real stretch = glm::length(t.apart) - t.length;

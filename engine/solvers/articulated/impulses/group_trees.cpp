@@ -1,17 +1,17 @@
-// Trees in contact: impulses are carried through the joints, which stay closed.
+// Trees in contact: impulses propagate through the joints, which stay closed.
 //
-// Motions (velocity, spin) and wrenches (force, torque) of a body are those of its joint, where the
-// parent has the same velocity. With the articulated inertia I = (ff, ft; ft^T, tt) of a body there
-// and the joint's mobility m = E (E^T tt E)^-1 E^T over its free directions E, a relative spin of
-// the body needs the wrench U = (ft, tt) of it, and
+// Motions (velocity, spin) and wrenches (force, torque) of a body refer to its joint, where the
+// parent has the same velocity. I = (ff, ft; ft^T, tt) is the articulated inertia of a body there,
+// m = E (E^T tt E)^-1 E^T the mobility of its joint over the free directions E, and U = (ft, tt)
+// the wrench per unit relative spin. Then
 //   inwards   f_parent += f - U m torque,  I_parent += I - U m U^T
 //   outwards  relative spin = m (torque - U^T v_parent)
-// all shifted from the parent's joint to this one. A free ball joint passes no torque on: m tt = 1,
-// which is used exactly.
+// all shifted from the parent's joint to this one. A free ball joint passes no torque on: m tt = 1
+// holds exactly.
 // [Featherstone 2008, articulated bodies; Tomcin, Sibbing & Kobbelt 2014, impulses in trees]
 //
-// Between impulses only the way from the root to the node visited last is current: going on to the
-// next costs the joints between the two.
+// Between impulses, motions are current only on the path from the root to the node visited last.
+// The next visit costs as much as the joints between the two nodes.
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/internal.hpp"
@@ -48,7 +48,7 @@ Mat3 compliance_of(const Mat3& stiffness, const Vec3 (&free)[3], std::size_t cou
 
 namespace {
 
-/// A motion at the joint of a child; a wrench at that of the parent.
+/// The parent's motion at the joint of a child; a wrench on the child at the parent's joint.
 Wrench at_child(const GroupNode& n, const GroupBody& parent) {
   return {parent.velocity + glm::cross(parent.spin, n.lever), parent.spin};
 }
@@ -56,7 +56,7 @@ Wrench at_parent(const GroupNode& n, const Wrench& f) {
   return {f.force, f.torque + glm::cross(n.lever, f.force)};
 }
 
-/// What the parent is given of a wrench, at this joint, which turns by `relative` through it.
+/// The part of a wrench that reaches the parent, at this joint; `relative` is the joint's response.
 Wrench passed_on(const GroupNode& n, const Wrench& f, Vec3 relative) {
   const Vec3 force = f.force - n.whole.ft * relative;
   return {force, n.is_ball ? Vec3(0) : f.torque - n.whole.tt * relative};
@@ -104,12 +104,12 @@ Response inverse_of(const SpatialInertia& i) {
   return r;
 }
 
-/// How the motion of a body follows that of its parent, by blocks.
+/// The motion of a body per motion of its parent, in blocks.
 struct Following {
   Mat3 vv{1}, vw{0}, wv{0}, ww{1};
 };
 
-/// The spin by the velocity of the joint and by the spin of the parent.
+/// The body's spin per velocity of the joint, and per spin of the parent.
 Mat3 spin_by_velocity(const GroupNode& n) { return -n.mobility * glm::transpose(n.whole.ft); }
 Mat3 spin_by_spin(const GroupNode& n) {
   return n.is_ball ? Mat3(0) : Mat3(1) - n.mobility * n.whole.tt;
@@ -127,7 +127,7 @@ Following operator*(const Following& x, const Following& y) {
           x.wv * y.vw + x.ww * y.ww};
 }
 
-/// Made symmetric: rounding errors that are not would grow from joint to joint.
+/// The symmetric part: antisymmetric rounding errors would grow from joint to joint.
 Mat3 symmetric(const Mat3& m) { return 0.5 * (m + glm::transpose(m)); }
 
 /// The response of a body: the response with the parent fixed, plus what the parent's own response
@@ -154,7 +154,7 @@ void find_response(const Group& g, GroupNode& n) {
             (turned * glm::transpose(by_velocity) + by_spin * p.wt * glm::transpose(by_spin));
 }
 
-/// Where the bodies of a tree are, what they weigh, and what they begin the part with.
+/// Positions and inertias of a tree's bodies, and their momenta at the start of the substep.
 void place_nodes(const Group& g, GroupTree& t, Real h) {
   t.before = Vec3(0), t.mass = 0, t.touched = false;
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
@@ -180,20 +180,20 @@ void place_nodes(const Group& g, GroupTree& t, Real h) {
   t.before /= t.mass;
 }
 
-/// The motion at the joint of a node's parent, or of what holds a root.
+/// The parent's motion at a node's joint; at a root the anchor's.
 Wrench parent_motion(const Group& g, const GroupTree& t, const GroupNode& n) {
   if (n.parent == kNoNode) return {t.anchor_velocity, t.held_spin};
   return at_child(n, g.bodies[g.nodes[n.parent].body]);
 }
 
-/// The spin of a node under a torque at its joint, with the parent moving so there.
+/// The spin of a node, given the torque at its joint and the parent's motion there.
 Vec3 spin_of(const GroupNode& n, Vec3 torque, const Wrench& parent) {
   const Vec3 by_joint = n.mobility * (torque - parent.force * n.whole.ft);
   if (n.is_ball) return by_joint;
   return by_joint + parent.torque - n.mobility * (n.whole.tt * parent.torque);
 }
 
-/// From the parent to the node.
+/// Outward step from the parent to the node.
 void go_out(const Group& g, const GroupTree& t, const GroupNode& n) {
   if (n.free_root) return;
   GroupBody& b = g.bodies[n.body];
@@ -206,7 +206,7 @@ void respond(GroupBody& b, const Response& r, const Wrench& f) {
   b.spin += f.force * r.vt + r.wt * f.torque;
 }
 
-/// A wrench at a joint reaches the parent.
+/// Adds a wrench at a joint to the parent.
 void give_parent(const Group& g, const GroupNode& n, const Wrench& passed) {
   PANTIN_ASSERT(n.parent != kNoNode);
   GroupNode& p = g.nodes[n.parent];
@@ -215,7 +215,7 @@ void give_parent(const Group& g, const GroupNode& n, const Wrench& passed) {
   respond(g.bodies[p.body], p.response, there);
 }
 
-/// From a node to its parent, which is given what the node received.
+/// Inward step from a node to its parent: passes on the node's pending impulses.
 void go_in(const Group& g, GroupNode& n) {
   n.torque += n.pending.torque;
   const Wrench passed = passed_on(n, n.pending, n.mobility * n.pending.torque);
@@ -252,7 +252,7 @@ void prepare_tree(const Group& g, GroupTree& t, const GroupPart& part) {
     else
       find_response(g, n), go_out(g, t, n);
     n.pending = {};
-    if (n.is_limited && part.h > 0) prepare_limits(g, i, part.whole);  // parts differ in length
+    if (n.is_limited && part.h > 0) prepare_limits(g, i, part.whole);  // substeps differ in length
     if (n.actuator.dof && part.h > 0) prepare_actuator(g, i);
   }
   t.at = t.first;
@@ -307,13 +307,13 @@ void apply(const Group& g, std::uint32_t node, const Wrench& impulse) {
 
 namespace {
 
-/// A held root takes what it has received.
+/// Applies the pending impulses of an anchored root.
 void gather_root(GroupNode& n) {
   n.torque += n.pending.torque;
   n.pending = {};
 }
 
-/// The motion of a joint's parent, made current, with all that the joint has received.
+/// Updates the motion of a joint's parent with all impulses so far, and returns it at the joint.
 Wrench visit_parent(const Group& g, std::uint32_t node) {
   GroupNode& n = g.nodes[node];
   visit(g, n.parent == kNoNode ? node : n.parent);
@@ -321,7 +321,7 @@ Wrench visit_parent(const Group& g, std::uint32_t node) {
   return parent_motion(g, g.trees[n.tree], n);
 }
 
-/// What the parent is given of a torque at the joint.
+/// The wrench that reaches the parent from an impulse of torque at the joint.
 Wrench passed_of_torque(const GroupNode& n, Vec3 torque) {
   const Vec3 relative = n.mobility * torque;
   return {-(n.whole.ft * relative), n.is_ball ? -torque : -(n.whole.tt * relative)};
@@ -354,7 +354,7 @@ Vec3 joint_response(const Group& g, const GroupNode& n, Vec3 along) {
   const Vec3 spin = there.force * r.vt + r.wt * there.torque;
   const Vec3 velocity = r.vf * there.force + r.vt * there.torque + glm::cross(spin, n.lever);
   const Vec3 follows = n.mobility * (velocity * n.whole.ft);
-  // The spin of the body, which follows the joint, less that of the parent.
+  // The body's spin, which follows the joint, minus the parent's.
   return turned - follows - (n.is_ball ? spin : n.mobility * (n.whole.tt * spin));
 }
 

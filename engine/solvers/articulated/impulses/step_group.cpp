@@ -1,12 +1,12 @@
 // Bodies and trees in contact: several short substeps a step, one impulse iteration each.
 //
-// A contact is one impulse along the normal and two across it; friction is bounded by Coulomb's
-// cone. Points of the same two bodies are iterated together. Impulses on bodies of trees are
-// carried through the joints, which stay closed (group_trees.cpp). Where several bodies touch,
-// contacts are springs and dampers so stiff that the substep alone bounds them: that keeps heaps
-// calm, whatever the iteration leaves; a second iteration without springs takes from the velocities
-// what the springs put in. What a lasting load compresses is given back by and by. A body that
-// touches fixed ones alone is iterated until nothing changes, without springs.
+// A contact has one normal impulse and two tangential ones; Coulomb's cone bounds friction. Points
+// of the same two bodies are iterated together. Impulses on bodies of trees propagate through the
+// joints, which stay closed (group_trees.cpp). Where several bodies touch, contacts are springs and
+// dampers, as stiff as the substep allows: heaps stay calm, whatever residual the iteration leaves.
+// A second iteration without springs (relaxation) removes the velocities that the springs added.
+// The compression under lasting loads is compensated over time. A body that touches only fixed ones
+// is iterated to convergence, without springs.
 // [Macklin 2019, small steps; Catto 2024, soft contacts and relaxation]
 #include <algorithm>
 #include <limits>
@@ -19,46 +19,47 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// More than few bodies are iterated until nothing changes in a substep in which they strike one
-/// another at no more points.
+/// Groups of more bodies are iterated to convergence too, in substeps with an impact, if they have
+/// no more points than this.
 constexpr std::size_t kFewPoints = 32;
-/// Parts of a substep that end where something strikes.
+/// Most sections of a substep, which is divided at impacts.
 constexpr int kMostParts = 6;
-/// m/s: rolling friction of several points can be shared among them in many ways, and iterations
-/// that change no motion any more may go on exchanging it.
+/// m/s: tolerance with rolling friction. Its distribution among points is not unique, and
+/// iterations may go on exchanging it without changing the motion.
 constexpr Real kEnoughOfRolling = 1e-7;
-/// m/s, relative to 1 m/s and the speed: of a body that touches fixed ones alone.
+/// Tolerances relative to 1 m/s plus the speed: one body against fixed ones, few bodies, no
+/// friction.
 constexpr Real kEnoughAlone = 1e-12, kEnoughOfFew = 1e-6, kEnoughWhereSmooth = 1e-10;
-/// Of what the first sweep changes.
+/// Tolerance relative to the change of the first sweep, of a body alone.
 constexpr Real kOfFirst = 1e-6;
 constexpr int kHardSweeps = 100, kSweepsOfFew = 1000, kBlowSweeps = 30, kSmoothBlowSweeps = 1600,
               kRollingSweeps = 20;
-/// Friction at two points of a line, as of a cone on its side, may ask for two speeds along it that
-/// differ by an error of the step: sweeps then exchange it for ever. Changes that are below the
-/// first (m/s, relative to 1 m/s and the body's speed) and fall by less than the second end it.
+/// Friction at two points of a line, as of a cone on its side, may require two speeds along it that
+/// differ by the error of the step: sweeps then exchange friction for ever. Sweeps end once changes
+/// are below the first (relative to 1 m/s plus the speed) and fall by less than the second.
 constexpr Real kExchange = 1e-6, kStalled = 0.02;
-/// Of the gap of a tie, closed in a substep.
+/// Fraction of a tie's gap that is closed in a substep.
 constexpr Real kTieReturn = 0.5;
-/// Rounds in which loops are closed, of few ties and of many.
+/// Newton iterations that close loops, of few ties and of many.
 constexpr int kClosingRounds = 16, kClosingRoundsOfMany = 4;
 constexpr std::size_t kManyTies = 24;
-/// Of the gaps that loops may keep within a step, at its end.
+/// Factor on GroupLoops::open at the end of a step.
 constexpr Real kLeftOpen = 1e-3;
-/// m/s: a sweep over trees is repeated while it changes the speed of a contact by more.
+/// m/s: tolerances of sweeps over trees, for the change of a contact's speed.
 constexpr Real kEnoughAtImpact = 0.06, kEnoughAtFewPoints = 3e-3;
 constexpr int kImpactSweepsOfTrees = 6, kSweepsOfFewPoints = 24, kBlowSweepsOfTrees = 400;
-/// s: in shorter substeps that limit falls with the cube of their length: mirrored bodies stay so.
+/// s: in shorter substeps the tolerance falls with the cube of their length, to keep symmetry.
 constexpr Real kSubstepOfFewPoints = 1 / 470.0;
-/// An impulse so many times that of the substep before is a blow. Loads move no faster (m/s), with
-/// friction below that part of its bound.
+/// A contact with an impulse above kBlow times the previous one is an impact. A load moves no
+/// faster than kLoadSpeed, m/s, with friction below the fraction kHeld of its bound.
 constexpr Real kBlow = 10, kLoadSpeed = 0.2, kHeld = 0.99995;
-/// Of the energy of a substep: where impulses add more, they are found again from none.
+/// Energy gain of a substep, as a fraction, above which the impulses are solved again from zero.
 constexpr Real kSlightGain = 0.01;
 constexpr int kSweepsFromNone = 12;
-/// s: loads of what rests are taken up at once.
+/// s: at rest, compressions are compensated at once.
 constexpr Real kForGood = std::numeric_limits<Real>::infinity();
-/// m/s: other impulses may make bodies approach so much faster within a substep, or as fast as
-/// anything of the group moves.
+/// m/s: margin on closing speeds, since impulses of the substep may make bodies approach faster;
+/// the largest speed in the group, if that is more.
 constexpr Real kSuddenSpeed = 2;
 
 /// Whether two bodies may touch at a contact within the substep.
@@ -73,7 +74,7 @@ void begin_again(const Group& g) {
   for (const GroupNode& n : g.nodes) g.bodies[n.body].velocity = n.velocity;
 }
 
-/// Trees and loops, which are closed first.
+/// Prepares trees and loops; closes the gaps of loops first.
 void prepare_closed(const Group& g, const GroupPart& part, Real h) {
   stiffen(g, h);
   if (are_open(g)) {
@@ -92,7 +93,7 @@ void prepare_closed(const Group& g, const GroupPart& part, Real h) {
   prepare_loops(g);
 }
 
-/// All contacts and trees where the bodies are now.
+/// Prepares trees, ties and contacts at the current poses.
 void prepare_group(const Group& g, const Substep& s) {
   const GroupPart& part = s.part;
   centre_bodies(g);
@@ -117,7 +118,7 @@ void prepare_group(const Group& g, const Substep& s) {
   }
 }
 
-/// Contacts that bear or touch where the bodies are now; others wait for the next substep.
+/// Keeps contacts active that have an impulse or no gap at the current poses.
 void prepare_touching(const Group& g) {
   centre_bodies(g);
   for (GroupContact& c : g.contacts) {
@@ -127,7 +128,7 @@ void prepare_touching(const Group& g) {
     if (c.works) prepare_contact(g, c);
   }
 }
-/// Actuators, limits, then springs and cables, then contacts, then the loops.
+/// One sweep: actuators, limits, then springs and cables, then contacts, then loops.
 Real sweep_group(const Group& g, const Substep& s, Sweep sweep, Order order) {
   solve_actuators(g, s.h);
   const LimitSpring before{s.before_limits, sweep == Sweep::solves ? &s.against_fixed : nullptr};
@@ -143,14 +144,14 @@ Real sweep_group(const Group& g, const Substep& s, Sweep sweep, Order order) {
   end_loops(g);
   return most;
 }
-/// Weight and forces over a time.
+/// Applies weight and forces over a time h.
 void accelerate(GroupBody& b, Real h) {
   b.velocity += h * b.acceleration, b.angular_momentum += h * b.torque;
   b.spin = b.response * b.angular_momentum;
 }
 
-/// Whether a contact bears what hardly moves and does not slide: its impulse comes again, whole.
-/// Else the smaller one of the last two does.
+/// Whether a contact carries bodies that hardly move and do not slide. Its warm start is the last
+/// impulse, otherwise the smaller of the last two.
 bool is_load(const Group& g, const GroupContact& c) {
   const Vec3 a = g.a(c).velocity, b = g.b(c).velocity;
   const Real held = kHeld * c.friction * c.impulse.x;
@@ -158,7 +159,7 @@ bool is_load(const Group& g, const GroupContact& c) {
   return aside < held * held && std::max(glm::dot(a, a), glm::dot(b, b)) < kLoadSpeed * kLoadSpeed;
 }
 
-/// The impulses of the substep before. Among trees, a lasting load is there again, a blow is not.
+/// Warm start from the previous substep. Among trees, loads are carried over; impacts are not.
 void push_again(const Group& g) {
   push_actuators(g);
   push_limits(g);
@@ -183,7 +184,7 @@ bool has_friction(const Group& g) {
                      [](const GroupContact& c) { return c.works && c.friction > 0; });
 }
 
-/// When sweeps over a group end.
+/// Decides when sweeps over a group end.
 class Ending {
  public:
   Ending(const Group& g, const Substep& s) : is_alone_(s.alone) {
@@ -221,14 +222,14 @@ void scale_impulses(const Group& g, Real by) {
   for (GroupRolling& r : g.rollings) r.impulse *= by;
 }
 
-/// The spin that the angular momentum means when the body has turned on for a time: it moves with
-/// that of the middle of the substep.
+/// Spin from the angular momentum, with the inertia of the body rotated on by a time h: a substep
+/// uses the inertia at its middle.
 void turn_inertia(GroupBody& b, Real h) {
   b.response = inverse_inertia(b, from_rotation_vector(h * b.spin) * b.pose.rotation);
   b.spin = b.response * b.angular_momentum;
 }
 
-/// What was of a substep becomes what it would be of one so many times as long.
+/// Rescales stored impulses to a substep whose length is multiplied by `by`.
 void change_length(const Group& g, Real by) {
   scale_impulses(g, by);
   for (GroupContact& c : g.contacts) c.before *= by;
@@ -239,9 +240,9 @@ void change_length(const Group& g, Real by) {
   }
 }
 
-/// Few bodies without joints: Verlet's rule, second order. Half of the forces and of the last
-/// impulses act before the bodies move, which then touch where they should; half after it, when
-/// what touches keeps its distance. [Andersen 1983, RATTLE]
+/// Few bodies without joints: velocity Verlet, second order. Half of the forces and impulses act
+/// before the bodies move, so that gaps are right after it. The other half acts after it, so that
+/// contacts do not separate or approach. [Andersen 1983, RATTLE]
 void take_hard_substep(const Group& g, const Substep& s, Order order) {
   for (GroupBody& b : g.bodies)
     if (b.per_mass > 0) turn_inertia(b, 0.5 * s.h);
@@ -254,7 +255,7 @@ void take_hard_substep(const Group& g, const Substep& s, Order order) {
     for (GroupContact& c : g.contacts)
       if (c.impulse != Vec3(0)) push(g, c);
     for (GroupRolling& r : g.rollings) push(g, r);
-    if (sweep == Sweep::relaxes) scale_impulses(g, 2);  // those before the move count on
+    if (sweep == Sweep::relaxes) scale_impulses(g, 2);  // add those before the move
     Ending ending(g, s);
     for (int n = 0; n < s.most_sweeps; ++n) {
       const Real most = sweep_group(g, s, sweep, turned(order, n));
@@ -270,12 +271,12 @@ void take_hard_substep(const Group& g, const Substep& s, Order order) {
   act(Sweep::relaxes);
   add_passed(g);
   if (!jammed) return;
-  // Impulses that fight one another would grow from substep to substep until friction lets go.
+  // Opposing impulses would grow from substep to substep until friction slips.
   scale_impulses(g, 0);
   for (GroupBody& b : g.bodies) b.jammed = b.jammed || b.per_mass > 0;
 }
 
-/// Whether free bodies strike one another, few enough to be solved as one: a row of balls, a rack.
+/// Whether free bodies collide at few enough points for one solve: a row of balls, a rack.
 bool is_blow(const Group& g, const Substep& s) {
   if (!g.trees.empty() || !g.ties.empty()) return false;
   std::size_t points = 0;
@@ -288,8 +289,8 @@ bool is_blow(const Group& g, const Substep& s) {
   });
 }
 
-/// Impulses that fight over what overlaps, cut short, may leave more energy than there was: they
-/// are found again from none. Each of these takes energy, or no more than what pushes gives.
+/// Truncated iterations between overlapping bodies may add energy: the impulses are then solved
+/// again from zero. Each sweep of these removes energy, or adds at most the work of obstacles.
 void keep_energy(const Group& g, const Substep& s, Real before) {
   const auto allowed = [&] { return before + work_of_surfaces(g); };
   if (kinetic_energy(g) <= (1 + kSlightGain) * allowed()) return bound_energy(g, allowed());
@@ -309,7 +310,7 @@ void take_substep(const Group& g, const Substep& s, Order order) {
     if (!has_friction(g)) at_once.most_sweeps = kSmoothBlowSweeps;
     for (GroupContact& c : g.contacts) c.before = c.impulse.x;
     take_hard_substep(g, at_once, order);
-    for (GroupContact& c : g.contacts)  // a blow is not there again
+    for (GroupContact& c : g.contacts)  // an impact is not replayed
       if (c.impulse.x > c.before) c.impulse *= c.before / c.impulse.x;
     return;
   }
@@ -336,8 +337,8 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   settle_trees(g);
   bound_drives(g, s.h);
   for (GroupBody& b : g.bodies)
-    // Free flight goes by the mean velocity, which is exact for a parabola; in contact the velocity
-    // at the end is what the contacts hold.
+    // Free flight uses the mean velocity, which is exact for a parabola; in contact, the end
+    // velocity satisfies the contacts.
     if (b.node == kNoNode)
       move(b, b.touched || b.per_mass == 0 ? b.velocity : 0.5 * (b.before + b.velocity), s.h);
   move_trees(g, s.part);
@@ -352,7 +353,7 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   add_passed(g);
 }
 
-/// A substep of few bodies, in parts that end where something strikes: until then it flies freely.
+/// A substep of few bodies, divided at impacts, so that bodies fly freely until then.
 void take_parts(const Group& g, const Substep& whole, Order order) {
   if (!whole.hard && !whole.few_points) return take_substep(g, whole, order);
   Substep s = whole;
@@ -372,15 +373,15 @@ void take_parts(const Group& g, const Substep& whole, Order order) {
     take_substep(g, s, order);
     s.part.begin = s.part.end;
     if (!whole.hard || n == 1) continue;
-    for (GroupContact& c : g.contacts)  // a blow is not there again
+    for (GroupContact& c : g.contacts)  // an impact is not replayed
       if (c.impulse.x > c.before) c.impulse *= c.before / c.impulse.x;
   }
   if (s.h != whole.h) change_length(g, whole.h / s.h);
 }
 
-/// The gaps in the end; overlaps of a body that touches fixed ones alone are closed.
+/// Updates the final gaps; closes shallow overlaps of a body that touches only fixed ones.
 void finish_group(const Group& g) {
-  centre_bodies(g);  // the last substep moved them away from where its arms start
+  centre_bodies(g);  // the last substep moved bodies away from their `centre`
   for (GroupContact& c : g.contacts) place(g, c);
   if (!g.is_single()) return;
   GroupBody& body = g.bodies.front();
@@ -425,8 +426,8 @@ void move(GroupBody& b, Vec3 velocity, Real h) {
 
 namespace {
 
-/// Whether something bounces, has done so or is about to: before and after it swings freely, whose
-/// weight counts half a substep early within the group. What bears makes up for that by itself.
+/// Whether a contact with restitution carries no load: a body bounces on it. In the free motion
+/// between impacts the group applies weight half a substep early; loaded contacts compensate that.
 bool is_bouncing(const Group& g) {
   return std::any_of(g.contacts.begin(), g.contacts.end(),
                      [](const GroupContact& c) { return c.restitution > 0 && c.impulse.x == 0; });
@@ -458,7 +459,7 @@ void step_group(const Group& g, Real h) {
   change_length(g, s.h);  // from the mean forces
   for (GroupContact& c : g.contacts) {
     c.before = c.impulse.x;
-    if (s.hard) c.rest = 0;  // what a heap took up has no spring to bear it
+    if (s.hard) c.rest = 0;  // the offset of a heap's springs does not apply without springs
   }
   const bool is_bound = !g.trees.empty() && is_left_alone(g);
   const Real energy = energy_of_bodies(g);
