@@ -1,21 +1,23 @@
-// Ties of a part of a step by the energy-momentum method: how they begin, what is kept of them.
+// Ties of a substep by the energy-momentum method: their start, and the multipliers stored at the
+// end.
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
 
 constexpr std::uint32_t kNobody = UINT32_MAX;
-/// A rigid tie gives way by this part of the motion that its impulse makes in the step. Loops that
-/// say the same twice thus share their load, and a net stretched flat has a finite tension. Where
-/// that finds no solution, as in a net whose corners are moved apart, by the second part.
+/// Compliance of rigid ties, as a fraction of their response, where kTieSoftness finds no solution,
+/// as in a net whose corners are moved apart. Compliance lets redundant loops share their load, and
+/// gives a net stretched flat a finite tension.
 constexpr Real kYielding = 0.03;
-/// Of the island's size: below it, a tie's gap is its own compliance, whose energy counts.
+/// As a fraction of the island's size: a smaller gap is due to the tie's compliance; its energy
+/// counts.
 constexpr Real kClosedGap = 1e-5;
 
-/// Of the island's mass times its size: the multiplier of a cable that has just become taut.
+/// Least multiplier of a taut cable, as a fraction of the island's mass times its size.
 constexpr Real kLeast = 1e-30;
 
-/// What a tie keeps of another part of the step; its arms and its load are found anew.
+/// Resets a tie at the start of a substep; arms and impulse are computed anew.
 void forget(ConservingTie& t) {
   t.open = t.was_taut = t.followed = t.strikes = false;
   t.a = t.cable = kNobody;
@@ -23,7 +25,7 @@ void forget(ConservingTie& t) {
   t.mu = Vec3(0);
 }
 
-/// Where a tie is fixed in the world over the step, and how fast it is at its end.
+/// A tie's fixed point in the world: positions before and after the step, velocity at its end.
 struct Place {
   Vec3 before, after, velocity;
 };
@@ -39,15 +41,14 @@ Place place_of(const World& world, const PackedPin& pin, Real h) {
   return {before, pin.target, velocity};
 }
 
-/// The same in one part of the step; the gap at the start of the step, which is closed evenly over
-/// it.
+/// The same in one substep; `gap` is that at the start of the step, which is closed evenly over it.
 struct PlaceInStep {
   Place place;
   const StepPart& part;
   Vec3 gap{0};
 };
 
-/// Completes a tie for a part of the step of length h in all.
+/// Completes a tie for a substep.
 void begin_tie(const World& world, const Island& a, ConservingTie& t, const PlaceInStep& fixed) {
   const auto& [place, part, gap] = fixed;
   const Real begin = part.begin;
@@ -68,7 +69,7 @@ void begin_tie(const World& world, const Island& a, ConservingTie& t, const Plac
   t.still = t.still && !t.open;
 }
 
-/// Taut as at the end of the last step, to begin with.
+/// Warm start: a cable that was taut at the end of the last step starts as taut.
 void begin_inextensible(const StepScratch& r, ConservingTie& t, const PackedCable& cable,
                         Real to_mu) {
   PANTIN_ASSERT(t.cable < r.cable_rows.size());
@@ -115,7 +116,7 @@ void begin_ties(const World& world, Island& a, const StepPart& part) {
                r.pin_gaps[static_cast<std::size_t>(&pin - a.pins.data())]});
     if (t.kind == TieKind::rigid) t.mu = -to_mu * pin.lambda;
   }
-  std::uint32_t led = kNobody;  // several cables hang from a body
+  std::uint32_t led = kNobody;  // cached: several cables may hang from one body
   Pose led_before;
   for (const PackedCable& cable : a.cables) {
     const CableParameters& s = world.cables.values()[cable.cable].joint;

@@ -1,29 +1,30 @@
 #pragma once
-/// The law of a cable in a step by the energy-momentum method, of one cable or of several side by
-/// side: its load, and its row of the equations that couple ties. See conserving_ties.cpp.
+/// The law of a cable in a step by the energy-momentum method: its impulse, and its row of the
+/// equations that couple ties. Scalar, or vectorised over several cables. See conserving_ties.cpp.
 ///
-/// `V` is a vector, `S` a number, or numbers side by side; dot(), root() and choose() of these are
-/// declared before this file. Makes no code of its own: the kernels include it.
+/// `V` is a vector, `S` a scalar or a SIMD vector of scalars; dot(), root() and choose() for these
+/// are declared before this file is included. All is inlined: the kernels include it.
 #include "engine/base/compiler.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
 
-/// Of the island's size: a cable is at its length.
+/// Tolerance of a cable's length, as a fraction of the island's size.
 inline constexpr double kAtLength = 1e-10;
-/// Likewise: a tie that is wider open is no solution.
+/// Likewise: largest gap of a tie in an accepted solution.
 inline constexpr double kAccepted = 3e-6;
-/// Likewise: the next iteration would change the length of an elastic cable by less. Rotations
-/// alone do not tell when a stiff one is solved that has just become taut or slack.
+/// Likewise: convergence tolerance of an elastic cable's length. The change of rotations alone does
+/// not show convergence of a stiff cable that has just become taut or slack.
 inline constexpr double kFollowed = 1e-9;
-/// Of the change of d by a cable's impulse: what its direction changes of the impulse makes less of
-/// it, and is left to the next iteration.
+/// Relative effect of a cable's change of direction on d, below which one row suffices: the change
+/// of the impulse with the direction is left to the next iteration.
 inline constexpr double kSlight = 0.1;
-/// After so many iterations one cable at a time changes: changes of many may go round in circles.
+/// After so many iterations one cable at a time changes state: the active set could cycle
+/// otherwise.
 inline constexpr int kChangeAtOnce = 6;
 
-/// Impulse of half the step that pulls b to a, kg m/s; its derivative by d at the end, by columns;
-/// its part along the mean of d, kg/s.
+/// Impulse over half the step that pulls b to a, kg m/s; its derivative by d at the end, by
+/// columns; its ratio to the mean of d, kg/s.
 template <class V, class S>
 struct CableLoad {
   V mu, derivative[3];
@@ -54,7 +55,7 @@ PANTIN_INLINE V divided(const V& v, S by) {
   return V{v.x / by, v.y / by, v.z / by};
 }
 
-/// The impulse of a taut cable is along the mean of d: that part of `mu`, and its factor, kg/s.
+/// The impulse of a taut cable, projected to the mean of d; `across` is its ratio to that, kg/s.
 template <class V, class S>
 struct TautLoad {
   V mu;
@@ -67,15 +68,15 @@ PANTIN_INLINE auto load_of_taut(const CableSpan<V>& d, const V& mu) {
   return TautLoad<V, decltype(dot(mu, mean))>{across * mean, across};
 }
 
-/// Along the mean of d: where the impulse of a taut cable acts.
+/// Direction of a taut cable's impulse: along the mean of d.
 template <class V>
 PANTIN_INLINE V direction_of(const CableSpan<V>& d) {
   return unit_of(d.before + d.now);
 }
 
-/// Of an elastic cable: minus its tension is s d, s = 2 (V_1 - V_0) / (l_1^2 - l_0^2), d being the
-/// mean of d before and after, so that its work is the difference of what is stored. [Gonzalez
-/// 1996]
+/// An elastic cable: its force is s times the mean of d before and after, with the discrete
+/// gradient s = 2 (V_1 - V_0) / (l_1^2 - l_0^2), so that its work is the change of the stored
+/// energy. [Gonzalez 1996]
 template <class V, class S>
 PANTIN_INLINE CableLoad<V, S> load_of_cable(const CableSpan<V>& d, S length, S stiffness, S h) {
   const S l0 = length_of(d.before), l1 = length_of(d.now), none = S{};
@@ -108,7 +109,7 @@ PANTIN_INLINE CableLoad<V, S> load_of_cable(const CableSpan<V>& d, S length, S s
   return load;
 }
 
-/// Of an inextensible one that is taut: along the mean of d, its length; `softness`, s/kg.
+/// A taut inextensible cable: keeps its length by an impulse along the mean of d; `softness`, s/kg.
 template <class V, class S>
 PANTIN_INLINE CableEquation<V, S> equation_of_taut(const CableSpan<V>& d, const V& mu, S length,
                                                    S softness) {
@@ -121,7 +122,7 @@ template <class V>
 PANTIN_INLINE V times_columns(const V& v, const V (&columns)[3]) {
   return V{dot(v, columns[0]), dot(v, columns[1]), dot(v, columns[2])};
 }
-/// The impulse of a stretched cable follows from d, by its `derivative`.
+/// A stretched elastic cable: its impulse linearised in d by `derivative`.
 template <class V>
 PANTIN_INLINE auto equation_of_elastic(const CableSpan<V>& d, const V (&derivative)[3]) {
   const V n = direction_of(d), by = times_columns(n, derivative);

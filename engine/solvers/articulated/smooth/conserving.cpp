@@ -1,5 +1,5 @@
-// The step of islands that have only ball joints and touch nothing, by the energy-momentum
-// method: no energy is gained, whatever the masses and shapes. [Betsch & Steinmann 2001]
+// The step of islands without contacts, by the energy-momentum method: it adds no energy, whatever
+// the masses and shapes. [Betsch & Steinmann 2001]
 #include <algorithm>
 #include <limits>
 
@@ -10,26 +10,26 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// A step that does not converge is halved, down to a 256th.
+/// Shortest units of a step: a step that does not converge is halved, down to a 256th.
 constexpr Real kParts = 256;
-/// Less than that of a step is not left over.
+/// A shorter remainder, in these units, is merged into the substep before.
 constexpr Real kLeastRest = 1e-6;
-/// One that would lose much energy is taken in up to so many parts: rods that snap straight.
+/// Most substeps for a step that would lose much energy, as when rods snap straight.
 constexpr int kResolvingParts = 16;
 constexpr int kMostIterations = 8, kMostTiedIterations = 16;
-/// Parts tried in a step, converged or not: bounds its cost. Of these, those that may end where a
-/// cable becomes taut; those that are divided for losses and bends; those after which loops give
-/// way.
+/// Most substeps tried in a step, converged or not: bounds its cost. Of these, those that may end
+/// where a cable becomes taut; those that may be divided for energy losses; those after which loops
+/// may become compliant.
 constexpr int kMostAttempts = 96, kEndingAttempts = 12, kDividingAttempts = 24, kTiedAttempts = 4;
 /// Steps taken by sweeps after one that did not converge: bounds the cost of wild motion.
 constexpr int kSweptSteps = 1;
-/// rad: the next iteration would rotate by about its square. Free trees have no anchor that would
-/// take up a lack of angular momentum.
+/// rad: tolerances of the last rotation; the next iteration would rotate by about its square. Free
+/// trees need a smaller one, since no anchor absorbs an error of angular momentum.
 constexpr Real kTurnTolerance = 3e-4, kFreeTurnTolerance = 1e-6, kLeastTurnTolerance = 1e-11;
-/// rad, of what hangs on cables: they take up as much as an anchor.
+/// rad: tolerance of bodies hanging on cables, which absorb such errors as an anchor does.
 constexpr Real kHangingTurnTolerance = 5e-7;
 
-/// Anchors over a part of the step.
+/// Sets the motion of the anchors over a substep.
 void set_anchors(const World& world, Island& a, const StepPart& part) {
   StepScratch& r = a.scratch;
   r.targets.clear(), r.ways.clear(), r.anchor_velocities.clear();
@@ -49,13 +49,13 @@ void set_anchors(const World& world, Island& a, const StepPart& part) {
   }
 }
 
-/// Turns over a part of the step, rad: up to these the mid-point rule follows the motion of a body
-/// alone, whose spin nothing else shows, and of bodies that joints hold.
+/// rad: largest rotations in a substep for which the mid-point rule is accurate, of a body alone
+/// and of bodies on joints.
 constexpr Real kTurnAlone = 0.2, kTurnHeld = 1.6;
 constexpr Real kShortestAlone = kParts / 64, kShortestHeld = kParts / 16;
 
-/// Length of the first part of the step: bodies that turn fast need shorter ones. Thin bodies on
-/// hinges turn about their axes by what their parents do, and are followed as they are.
+/// Length of the first substep: fast rotations need shorter ones. Not with hinges, where thin
+/// bodies follow the rotation of their parents about their axes.
 Real first_part(const World& world, const Island& a, Real h) {
   if (!a.joints.empty()) return kParts;
   Real spin2 = 0;
@@ -71,7 +71,7 @@ Real first_part(const World& world, const Island& a, Real h) {
   return part;
 }
 
-/// Whether weight alone works on the island: every tree is held by an anchor at rest.
+/// Whether weight alone does work on the island: every tree hangs on an anchor at rest.
 bool is_still(const Island& a) {
   if (has_free_tree(a) || a.forced || a.fresh || a.changed) return false;
   for (const Real v : a.scratch.anchor_velocities)
@@ -81,8 +81,8 @@ bool is_still(const Island& a) {
   return ties_hold_still(a);
 }
 
-/// Energy due over energy found from which a part of the step is divided: the projection at its end
-/// takes the rest. A cable can turn fast, and little is lost where parts resolve it.
+/// Ratio of due to computed energy above which a substep is divided: the velocity projection at its
+/// end removes the difference. Cables can rotate fast, and lose little where substeps resolve that.
 Real most_due(const Island& a, Real part, int attempt) {
   constexpr Real kNoBound = std::numeric_limits<Real>::infinity(), kByTrees = 1.2,
                  kByCables = 1.0001;
@@ -91,13 +91,13 @@ Real most_due(const Island& a, Real part, int attempt) {
   return part > kParts / kResolvingParts && is_still(a) ? kByTrees : kNoBound;
 }
 
-/// What is left of a step, by the rules that always end.
+/// Takes the rest of a step by sweeps, which always terminate.
 bool finish_otherwise(World& world, Island& a, const StepPart& rest, Entity& lost) {
   const Real h = (rest.end - rest.begin) * rest.whole;
   PANTIN_ASSERT(rest.begin < rest.end && rest.end == 1);
   PANTIN_ASSERT(a.scratch.ways.size() == 3 * a.trees.size() &&
                 a.pins.size() <= a.scratch.pins_before.size());
-  // The parts done so far have moved bodies and anchors.
+  // The substeps so far have moved bodies and anchors.
   StepScratch& r = a.scratch;
   for (std::size_t i = 0; i < r.ways.size(); ++i) r.ways[i] = r.targets[i] - r.ways[i];
   for (std::size_t i = 0; i < a.pins.size(); ++i)
@@ -113,7 +113,7 @@ bool finish_otherwise(World& world, Island& a, const StepPart& rest, Entity& los
   return close_by_sweeps(world, a, h, lost);
 }
 
-/// Whether all bodies are somewhere; `lost` is the first that is not.
+/// Whether all bodies are finite and not too far away; `lost` is the first that is not.
 bool all_found(const World& world, const Island& a, Entity& lost) {
   for (std::size_t c = 0; c < a.count(); ++c) {
     const Body& b = world.bodies.values()[a.slots[c]];
@@ -193,7 +193,7 @@ void end_part(World& world, Island& a, PartedStep& s, const TiedPart& with) {
     s.part = with.shorter;
   } else if (s.part > 1 && s.attempt < kMostAttempts) {
     s.part = s.usual = s.part / 2;
-    // Loops that cannot be closed in shorter parts either give way in what is left.
+    // Loops that shorter substeps cannot close either become compliant for the rest of the step.
     if (!s.yields && has_loops(a) && s.attempt >= kTiedAttempts)
       s.yields = true, s.part = s.usual = s.left;
   } else if (!s.yields && has_rigid_pins(a)) {

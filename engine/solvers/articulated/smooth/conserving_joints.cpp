@@ -1,18 +1,18 @@
 // Joints that constrain rotations, in the energy-momentum method: hinges, universals, fixed joints,
 // and the torques of drives, springs, friction and motors (conserving_torques.cpp).
 //
-// A kind without all rotations holds directions of both bodies perpendicular: p . s = 0, p fixed in
-// the joint's body a and s in b. Such a row is bilinear in the bodies' directions, so that the
-// torque along its gradient at the mean of the poses, mean(s) x mean(p), does no work and keeps the
-// angular momentum. [Betsch & Steinmann 2001]
+// Joint kinds that restrict rotation keep axes of both bodies perpendicular: p . s = 0, p fixed in
+// the joint's body a and s in b. Such a row is bilinear in the axes. So the torque along its
+// gradient at the mean of the poses, mean(s) x mean(p), does no work and conserves angular
+// momentum. [Betsch & Steinmann 2001]
 //
-// The unknowns of a body are the turn t and the displacement y of its own joint point; t_p is the
-// turn of its parent. Eliminating a body from the leaves to the roots gives
-//   t = turn + turn_y y + turn_p t_p                 with the joint's rows held
+// The unknowns of a body are its rotation t and the displacement y of its own joint point; t_p is
+// the rotation of its parent. Elimination from the leaves to the roots gives
+//   t = turn + turn_y y + turn_p t_p                 with the joint's rows satisfied
 //   impulse at the joint = force_y y + force_p t_p - force
 //   torque from the parent = torque + torque_y y + torque_p t_p
-// The rows are eliminated first: t is what they prescribe and a turn along the free directions, so
-// that no number depends on how hard the other directions are to turn.
+// The rows are eliminated first: t is the prescribed rotation plus one in the free directions. So
+// the inertia in the constrained directions does not affect the conditioning.
 #include "engine/solvers/articulated/smooth/conserving_joints.hpp"
 
 #include <algorithm>
@@ -34,7 +34,7 @@ Mat3 rows_of(const Real* m, std::size_t row_stride, std::size_t stride) {
   return out;
 }
 
-/// A body in an elimination: what its children and itself add up to, and what comes of it.
+/// A body in an elimination: the sum over itself and its children, and the resulting node.
 struct Elimination {
   const StiffStep& step;
   std::size_t c;
@@ -44,7 +44,7 @@ struct Elimination {
   bool moves() const { return unknown == Unknown::displacement; }
 };
 
-/// Adds the body itself.
+/// Adds the body's own equations.
 void add_own(const Elimination& e) {
   const Island& a = e.step.a;
   const std::size_t c = e.c;
@@ -69,13 +69,13 @@ void add_ties(const Real* t, ConservingSum& s) {
   s.by_torque -= torque, s.by_force -= impulse, s.torque += torque, s.impulse += impulse;
 }
 
-/// The equations of a rotation in axes that turn with the body: see the kernels' turn_axes.
+/// Correction for equations written in axes that rotate with the body: see the kernels' turn_axes.
 Mat3 turning_axes(Vec3 torque, Vec3 turned) {
   const Vec3 n = 0.5 * torque, d = -0.5 * turned;
   return glm::outerProduct(n, d) - Mat3(glm::dot(n, d)) + cross_matrix(n);
 }
 
-/// The rotation of what holds the own body at its joint, at a fraction of the whole step.
+/// The rotation of a root's anchor body at a fraction of the whole step.
 Quat parent_at(const StiffStep& s, std::size_t c, Real fraction) {
   const std::uint32_t held = held_body_of(s.a, c);
   if (held == UINT32_MAX) return kIdentity;
@@ -85,7 +85,7 @@ Quat parent_at(const StiffStep& s, std::size_t c, Real fraction) {
                         b.pose.rotation);
 }
 
-/// Completes a node whose joint lets the body turn freely and exerts no torque.
+/// Completes a node whose joint restricts no rotation and exerts no torque.
 void eliminate_free(const ConservingSum& s, ConservingNode& n) {
   n.compliance = glm::inverse(n.turning);
   n.turn = n.compliance * s.by_torque, n.turn_y = -(n.compliance * s.ty), n.turn_p = Mat3(0);
@@ -93,7 +93,7 @@ void eliminate_free(const ConservingSum& s, ConservingNode& n) {
   n.passes_torque = false;
 }
 
-/// The same with rows and torques; the current torque is returned.
+/// The same with rows and torques. Returns the torque impulse at the iterate.
 Vec3 eliminate_stiff(const Elimination& e) {
   const auto& [step, c, unknown, s, n] = e;
   PANTIN_ASSERT(step.a.joints[c].stiff && step.a.parents[c] != kFree);
@@ -111,7 +111,7 @@ Vec3 eliminate_stiff(const Elimination& e) {
   if (unknown == Unknown::displacement) {
     find_torque(step, c, ends);
     const Real half = 0.5 * step.h;
-    // Multipliers that balance the rest of the torque as well as they can.
+    // Multipliers that balance the remaining torque, by the pseudo-inverse.
     invert_rows(rows.torque, rows.count, columns);
     Real multipliers[3] = {0, 0, 0};
     current = half * n.exerted;
@@ -131,14 +131,14 @@ Vec3 eliminate_stiff(const Elimination& e) {
     if (rows.limit[k]) rows.limit[k]->column = columns[k];
   const Mat3 system = n.turning - turn.own;
   n.compliance = reduced_inverse(system, free, to, count);
-  Mat3 prescribed(0);  // turn with the parent
+  Mat3 prescribed(0);  // rotation per rotation of the parent
   Vec3 back(0);
   for (std::size_t k = 0; k < rows.count; ++k) {
     prescribed += glm::outerProduct(along[k], rows.gradient[k]);
     back -= rows.off[k] * along[k];
   }
   if (unknown == Unknown::displacement && n.yield == 0 && is_actuated(j)) {
-    // Of the turn by a torque, but for what the law itself takes from it.
+    // The response of the rotation to a torque, without the stiffness of the law itself.
     const Real half = 0.5 * step.h, whole = half * glm::dot(n.axis, n.compliance * n.axis);
     n.yield = whole / (1 - std::min(whole * n.slope, Real(1 - 1e-9)));
   }
@@ -204,13 +204,13 @@ void eliminate_all(const StiffStep& step, Unknown unknown) {
 
 void inward(void* context, Unknown unknown) {
   StiffStep& step = *static_cast<StiffStep*>(context);
-  // How springs and motors are taken depends on what they move.
+  // The laws of springs and motors depend on `yield`, which a first elimination finds.
   if (!step.knows_yields) eliminate_all(step, unknown);
   step.knows_yields = true;
   eliminate_all(step, unknown);
 }
 
-/// How a root's joint moves, and what holds it turns.
+/// The motion of a root's joint and the rotation of its anchor body.
 struct Held {
   Vec3 move{0}, turn{0};
 };
@@ -232,12 +232,12 @@ Held held_at(const StiffStep& step, std::size_t c, std::size_t tree, Unknown unk
   return held;
 }
 
-/// What an iteration changes at a joint.
+/// The changes at a joint in an iteration.
 struct JointChange {
   Vec3 move, turn, turn_of_parent;
 };
 
-/// The torques through a joint after an iteration.
+/// Predicts the torques through a joint after an iteration.
 void expect(ConservingNode& n, const JointChange& by) {
   const Vec3 relative = by.turn - by.turn_of_parent;
   n.passed = n.torque + n.torque_y * by.move + n.torque_p * by.turn_of_parent;

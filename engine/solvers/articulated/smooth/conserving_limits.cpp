@@ -1,9 +1,9 @@
 // Limits of joints in the energy-momentum method.
 //
-// A limit that is hit is a blow at its time, where the part of the step ends: see strike in
-// conserving_ties.cpp. One that holds is a row of its joint, eliminated with those of its kind,
-// until it would pull. Its torque is along the mean of its gradients before and after, less what
-// of that would do work. [Gonzalez 1996]
+// Hitting a limit is an impact at its time, where the substep ends: see strike() in
+// conserving_ties.cpp. An active limit is a row of its joint, eliminated with those of the kind,
+// until its torque would pull. The torque is along the mean of the limit's gradients before and
+// after, minus the component that would do work. [Gonzalez 1996]
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
@@ -13,24 +13,24 @@
 namespace pantin::detail::articulated {
 namespace {
 
-constexpr Real kAtLimit = 1e-10;  // rad: a joint is at its limit
-constexpr Real kHit = 1e-6;       // rad: so near, it is hit at the end of a part
-/// rad: what the iterations leave of a limit that is held.
+constexpr Real kAtLimit = 1e-10;  // rad: tolerance of a limit
+constexpr Real kHit = 1e-6;       // rad: clearance within which it is hit at the end of a substep
+/// rad: residual of an active limit after the iterations.
 constexpr Real kAngleRounding = 1e-8;
-/// rad, on the way over the step: a blow that is slower is not followed to its time.
+/// rad per step: slower impacts are not resolved in time.
 constexpr Real kSlow = 1e-4;
-/// Of a step: limits that are hit within that time of one another are hit at once. Which of two
-/// comes first would be an error of the step, and decides how what is alike on both sides goes on.
+/// Fraction of a step: limits hit within this time of one another are hit simultaneously. Their
+/// order would depend on the error of the step, and would break the symmetry of a mechanism.
 constexpr Real kTogether = 0.1;
-/// rad^2/s, times the step: the square of the angle by which a cone's gradient turns over a part,
-/// at most. What slides along a cone goes round it, thin rods in milliseconds; the error of the
-/// mid-point rule is as that square, and so falls as the step.
+/// rad^2/s: times the step, the largest square of the angle by which a cone's gradient rotates in a
+/// substep. A body sliding along a cone goes round it, thin rods in milliseconds. The error of the
+/// mid-point rule grows with that square, so it falls with the step.
 constexpr Real kBend = 0.3;
-/// In the shortest units of time: no part is shorter for that.
+/// In the shortest units of time: the shortest substep for that reason.
 constexpr Real kShortestBend = 4;
-/// In the shortest units of time: no part ends earlier.
+/// In the shortest units of time: the earliest end of a substep.
 constexpr Real kSoonest = 1e-3;
-/// Of the island's mass times its size squared: the multiplier of a limit that holds without load.
+/// Least multiplier of an active limit, as a fraction of the island's mass times its size squared.
 constexpr Real kLeast = 1e-30;
 
 template <class Do>
@@ -46,7 +46,7 @@ Vec3 spin_of_parent(const World& world, const Island& a, std::size_t c) {
   return slot == UINT32_MAX ? Vec3(0) : world.bodies.values()[slot].angular_velocity;
 }
 
-/// rad/s, towards a limit, by the velocities found.
+/// rad/s: approach to a limit, by the computed velocities.
 Real rate_of(const StiffStep& s, std::size_t c, const ConservingLimit& l) {
   const Vec3 of_parent = s.a.parents[c] >= 0
                              ? s.a.memory.vec(kTurnBy, static_cast<std::size_t>(s.a.parents[c]))
@@ -54,14 +54,14 @@ Real rate_of(const StiffStep& s, std::size_t c, const ConservingLimit& l) {
   return glm::dot(l.along, s.a.memory.vec(kTurnBy, c) - of_parent);
 }
 
-/// When a limit is hit, as a part of the way to where it is exceeded.
+/// Time at which a limit is hit, as a fraction of the substep.
 Real time_of_blow(const ConservingLimit& l, Real h) {
   const Real from = std::max(Real(0), l.clearance_before - 0.5 * kHit), way = l.rate * h;
   const Real bend = l.clearance_before - way - l.clearance;
   return 2 * from / (way + std::sqrt(std::max(Real(0), way * way + 4 * bend * from)));
 }
 
-/// rad: how far the gradients of cones that hold turn over the part, seen from the parents.
+/// rad: largest rotation of an active cone's gradient over the substep, relative to the parent.
 Real bend_of(const StiffStep& s) {
   constexpr std::size_t kSwing = 2;  // behind the two of the twist
   Real bend = 0;
@@ -76,18 +76,18 @@ Real bend_of(const StiffStep& s) {
   return bend;
 }
 
-/// Whether the part has to be taken again, as cones bend the way too far in it.
+/// Whether the substep has to be repeated shorter, since a cone's gradient rotates too far in it.
 bool cones_bend(const StiffStep& s, TiedPart& with) {
   const Real bend = bend_of(s), most = std::sqrt(kBend * s.part.whole);
   if (!with.may_divide || bend <= kAngleRounding) return false;
   with.longest =
-      std::max(kShortestBend, 0.8 * most / bend * with.units);  // it may turn faster then
+      std::max(kShortestBend, 0.8 * most / bend * with.units);  // it may rotate faster then
   if (bend <= most || with.longest >= with.units) return false;
   with.shorter = with.longest;
   return true;
 }
 
-/// Half the impulse with which a limit that is held pushes over the part.
+/// Half the impulse of an active limit over the substep; negative if it pulls.
 Real push_of(const StiffStep& s, std::size_t c, const ConservingLimit& l) {
   PANTIN_ASSERT(l.state == LimitState::held);
   const ConservingNode& n = s.a.scratch.conserving_nodes[c];

@@ -9,7 +9,7 @@ namespace {
 
 const Vec3 kAxes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
-/// One row: p of body a and s of body b stay perpendicular.
+/// One row: axis p of body a and axis s of body b stay perpendicular.
 struct RowAxes {
   int p, s;
 };
@@ -25,7 +25,7 @@ std::span<const RowAxes> rows_of(JointKind kind) {
     case Turns::nowhere:
       return kFixedRows;
     case Turns::freely:
-    case Turns::own:  // does not come here
+    case Turns::own:  // does not occur here
       break;
   }
   return {};

@@ -2,17 +2,17 @@
 // bodies or of the world. As at joints, a force acts at the mean of the arms before and after the
 // step; its work is then exactly its product with the change of the distance d between the points.
 //
-// The unknown of a tie is the impulse mu of half the step. A rigid tie makes d vanish but for a
-// tiny compliance. The force of
-// an elastic one is a function of d before and after whose work is the difference of the stored
-// energy, so that it is given back to the last digit. [Gonzalez 1996]
+// The unknown of a tie is the impulse mu over half the step. A rigid tie makes d vanish, but for a
+// tiny compliance. The force of an elastic tie depends on d before and after, and its work is the
+// change of the stored energy (a discrete gradient), so energy is conserved exactly. [Gonzalez
+// 1996]
 //
-// A taut inextensible cable keeps the length of d, which is quadratic: its force is along the mean
-// of d before and after, and does no work. One that would push is let go; one that comes to its
-// length ends the part of the step there, with a blow (strike).
+// A taut inextensible cable keeps the length of d, a quadratic constraint: its force is along the
+// mean of d before and after, and does no work. A cable that would push becomes slack. One that
+// reaches its length ends the substep there, with an impact (strike).
 //
-// The elimination of the tree gives the motion for the present mu; tie_response.cpp tells how it
-// answers further impulses at the ties.
+// The elimination of the tree gives the motion for the current mu; tie_response.cpp gives its
+// response to further impulses at the ties.
 #include "engine/solvers/articulated/smooth/conserving_ties.hpp"
 
 #include <algorithm>
@@ -25,19 +25,19 @@ namespace pantin::detail::articulated {
 namespace {
 
 constexpr std::uint32_t kNobody = UINT32_MAX;
-/// Of a point of a body, from its own joint.
+/// Arms of a point of a body, from the body's own joint.
 struct TieArms {
   const Vec3& start;
   Vec3 &mean, &end;
 };
 
-/// Of the fastest of a blow: a cable that does not grow longer.
+/// Rate tolerance of an impact, as a fraction of the fastest rate: a slower cable does not stretch.
 constexpr Real kStill = 1e-9;
 
-/// Arms from the own joint, and d, at the iterate.
+/// Updates arms and d at the iterate.
 void look_at(const TiedStep& s, ConservingTie& t) {
   const LaneTable& work = s.a.scratch.work;
-  // The displacement of the point over the part of the step.
+  // The displacement of the point over the substep.
   const auto moved = [&](std::uint32_t c, Vec3 anchor, const TieArms& arms) {
     arms.end = work.quat(kEndRotation, c) * anchor;
     arms.mean = 0.5 * (arms.start + arms.end);
@@ -70,7 +70,7 @@ void load_taut(ConservingTie& t) {
   t.mu = load.mu, t.across = load.across;
 }
 
-/// Adds the impulse of a tie to the block of one of its bodies, as that of a child without mass.
+/// Adds the impulse of a tie to the block of one of its bodies, like that of a massless child.
 void add_to_block(Real* block, Vec3 impulse, Vec3 mean, Vec3 end) {
   const Vec3 f = 0.5 * impulse, torque = glm::cross(mean, impulse);
   for (int i = 0; i < 3; ++i) {
@@ -122,7 +122,7 @@ TieRows one_row(Vec3 by, Vec3 direction, Real right, Real own) {
   return rows;
 }
 
-/// Adds what is a tie's own, with its softness if it has none yet.
+/// Adds the ties' own diagonal blocks and right-hand sides; sets their compliance if unset.
 template <class RowsOf>
 void add_own_rows(Island& a, std::size_t n, const RowsOf& rows_of) {
   StepScratch& r = a.scratch;
@@ -137,7 +137,7 @@ void add_own_rows(Island& a, std::size_t n, const RowsOf& rows_of) {
       response += std::abs(r.tie_matrix[(row + i) * (n + 1)]) / static_cast<Real>(count);
     if (count == 1) t.response = response;
     if (t.softness == 0) t.softness = r.tie_yield * response;
-    // The matrix has the rows that were counted: a tie that would now have others keeps them.
+    // The matrix has the rows that were counted: a tie keeps its number of rows.
     if (const TieRows now = rows_of(t); now.count == rows.count) rows = now;
     const Vec3 right = rows.right - change_of(a, t) * rows.by;
     for (std::size_t i = 0; i < count; ++i) {
@@ -149,8 +149,8 @@ void add_own_rows(Island& a, std::size_t n, const RowsOf& rows_of) {
   }
 }
 
-/// Solves for the impulses of all ties for which `rows_of` has equations, and moves the bodies by
-/// them: by (d + W mu) - own mu = right, W being the response.
+/// Solves for the impulses of all ties for which `rows_of` has equations, and adds their motion to
+/// the bodies: by (d + W mu) - own mu = right, W being the response.
 template <class RowsOf, class Take>
 bool solve_ties(Island& a, Arms arms, const RowsOf& rows_of, const Take& take) {
   StepScratch& r = a.scratch;
@@ -179,7 +179,7 @@ bool solve_ties(Island& a, Arms arms, const RowsOf& rows_of, const Take& take) {
   return true;
 }
 
-/// What the ties' impulses add to those at the joints.
+/// Adds the response to the ties' impulses to the impulses at the joints.
 void add_joint_impulses(Island& a, Real share) {
   for (std::size_t c = 0; c < a.count(); ++c)
     a.memory.set(kLambda, c, a.memory.vec(kLambda, c) + share * a.scratch.tie_joints[c]);
@@ -190,7 +190,7 @@ bool turns_slightly(const ConservingTie& t) { return 0.5 * t.across * t.response
 TieRows one_row(const CableEquation<Vec3, Real>& e) {
   return one_row(e.by, e.direction, e.right, e.own);
 }
-/// Along the mean of d, its length; across it, an impulse that stays along the mean.
+/// One row along the mean of d for the length; two across it that keep the impulse along the mean.
 TieRows taut_rows(const TiedStep& s, const ConservingTie& t) {
   const CableEquation<Vec3, Real> e =
       equation_of_taut(CableSpan<Vec3>{t.before, t.now}, t.mu, t.length, t.softness);
@@ -200,14 +200,14 @@ TieRows taut_rows(const TiedStep& s, const ConservingTie& t) {
   return {3, glm::transpose(glm::outerProduct(e.direction, e.by) + 0.5 * t.across * across),
           e.right * e.direction, across + t.softness * along};
 }
-/// The impulse of a stretched cable follows from d.
+/// Rows of an elastic cable: the impulse linearised in d.
 TieRows elastic_rows(const ConservingTie& t) {
   if (t.derivative == Mat3(0)) return {0};
   if (!turns_slightly(t)) return {3, glm::transpose(t.derivative), Vec3(0), Mat3(1)};
   const Vec3 columns[3] = {t.derivative[0], t.derivative[1], t.derivative[2]};
   return one_row(equation_of_elastic(CableSpan<Vec3>{t.before, t.now}, columns));
 }
-/// Of velocities: along d at the end.
+/// Rows of velocities: along d at the end.
 TieRows taut_speeds(const ConservingTie& t) {
   const Vec3 n = glm::normalize(t.now);
   return one_row(n, n, glm::dot(n, t.velocity), t.softness);
@@ -238,14 +238,14 @@ bool correct(void* context) {
   return true;
 }
 
-/// How fast a taut cable would grow longer, m/s.
+/// m/s: rate at which a taut cable would stretch.
 Real rate_of(const Island& a, const ConservingTie& t) {
   return glm::dot(change_of(a, t) - t.velocity, glm::normalize(t.now));
 }
-/// The blow of cables that came to their lengths at the end, and of limits that were hit: the
-/// velocities of least kinetic energy at which no taut cable grows longer and no limit is passed,
-/// by impulses that pull, and push. Which ones do is found by letting go the one that would push,
-/// or pull, hardest, and by taking up again the fastest.
+/// Impact of cables that reached their lengths at the end, and of limits that were hit. Finds the
+/// velocities of least kinetic energy at which no taut cable stretches and no limit is exceeded.
+/// Cables only pull, limits only push. The active set changes one at a time: the one with the most
+/// infeasible impulse is released, then the one with the fastest violation is activated.
 bool strike(const TiedStep& s) {
   Island& a = s.a;
   StepScratch& r = a.scratch;
@@ -305,7 +305,7 @@ bool project_ties(const TiedStep& s) {
   };
   std::vector<ConservingTie>& ties = s.a.scratch.ties;
   for (ConservingTie& t : ties) t.softness = 0;
-  // The impulses of the projection count in the mean over the step.
+  // Half of the projection's impulses counts in the mean over the step.
   Real& work = s.with.place_work;
   const auto take = [&](const ConservingTie& t, Vec3 mu) { work -= glm::dot(mu, t.velocity); };
   if (!solve_ties(s.a, Arms::end, rows_of, take)) return false;
@@ -321,7 +321,7 @@ namespace {
 
 bool project(void* context) { return project_ties(*static_cast<const TiedStep*>(context)); }
 
-/// Whether the impulse of an elastic cable is that of its length at the iterate.
+/// Whether the impulse of an elastic cable has converged to that of its length at the iterate.
 bool is_followed(const TiedStep& s, const ConservingTie& t) {
   const CableLoad<Vec3, Real> now = load_of(t, s.h);
   const Real response = t.response > 0 ? t.response : s.h / s.a.mass;

@@ -1,5 +1,5 @@
 #pragma once
-/// Ties of a step by the energy-momentum method: what its files share.
+/// Ties of a step by the energy-momentum method: shared declarations.
 #include <cmath>
 
 #include "engine/solvers/articulated/smooth/conserving_joints.hpp"
@@ -7,7 +7,7 @@
 namespace pantin::detail::articulated {
 namespace {
 
-// What the law of a cable needs of one.
+// The scalar functions that cable_law.hpp requires.
 inline Real root(Real x) { return std::sqrt(x); }
 template <class Mask, class T>
 T choose(Mask yes, T first, T second) {
@@ -21,18 +21,18 @@ T choose(Mask yes, T first, T second) {
 
 namespace pantin::detail::articulated {
 
-/// One step, as the hooks of the kernel see it.
+/// One substep, as the hooks of the kernel see it.
 struct TiedStep {
   const World& world;
   Island& a;
   Real h;
   TiedPart& with;
-  StiffStep* stiff = nullptr;  // where joints constrain rotations
+  StiffStep* stiff = nullptr;  // set if joints constrain rotations
 
   const Body& body(std::uint32_t c) const { return world.bodies.values()[a.slots[c]]; }
 };
 
-/// The part of a tie of the island in the equations that couple ties.
+/// The rows of a tie in the equations that couple ties.
 inline TieRows& rows_at(StepScratch& r, const ConservingTie& t) {
   PANTIN_ASSERT(r.tie_sets.size() == r.ties.size());
   return r.tie_sets[static_cast<std::size_t>(&t - r.ties.data())];
@@ -40,29 +40,30 @@ inline TieRows& rows_at(StepScratch& r, const ConservingTie& t) {
 
 /// Arms of impulses: at the means of the poses, or at the end.
 enum class Arms : std::uint8_t { mean, end };
-/// The response of the island to impulses of ties, by the last elimination (tie_response.cpp): the
-/// n x n matrix of the ties' rows into `tie_matrix`; displacements of the own joints and turns by
-/// all impulses that were added, into `tie_impulses` and `tie_torques`, which held these, and
-/// impulses at the joints into `tie_joints`.
+/// The response of the island to impulses of ties, by the last elimination (tie_response.cpp).
+/// fill_tie_matrix() writes the n x n matrix of the ties' rows to `tie_matrix`. respond_to_ties()
+/// replaces the impulses in `tie_impulses` and `tie_torques` by displacements of the own joints and
+/// by rotations, and writes the impulses at the joints to `tie_joints`.
 void fill_tie_matrix(Island& a, Arms arms, std::size_t n);
 void clear_tie_impulses(StepScratch& r);
 void add_tie_impulse(StepScratch& r, const ConservingTie& t, Vec3 mu, Arms arms);
 void respond_to_ties(Island& a, Arms arms);
 
-/// How much too long a cable is at the iterate, m.
+/// m: stretch of a cable at the iterate, negative if slack.
 inline Real over(const ConservingTie& t) { return glm::length(t.now) - t.length; }
-/// Whether an inextensible cable has to change: one that would push goes slack, one that would be
-/// too long becomes taut. [Hintermueller, Ito & Kunisch 2002: primal-dual active sets]
+/// Whether an inextensible cable has to change state: one that would push becomes slack, one that
+/// is too long becomes taut. [Hintermueller, Ito & Kunisch 2002: primal-dual active sets]
 bool has_to_change(const TiedStep& s, const ConservingTie& t);
 void change(ConservingTie& t);
-/// Whether cables that become taut on the way take so much energy that the part of the step has to
-/// end where the first of them comes to its length: TiedPart::shorter tells where. At the end of
-/// such a part they strike.
+/// Whether cables that become taut within the substep dissipate so much energy that the substep has
+/// to end where the first of them reaches its length: TiedPart::shorter is then its new length. At
+/// the end of such a substep they act as impacts.
 bool has_to_end_early(const TiedStep& s);
-/// The same of those that took up their load in this iteration: the rest of it would be in vain.
+/// The same for those that became taut in this iteration, so that it can be abandoned early.
 bool is_hit_early(const TiedStep& s);
 
-/// Velocities at the end as ties allow them, blows included: see ConservingTies::project.
+/// Projects the end velocities to those that ties allow, impacts included: see
+/// ConservingTies::project.
 bool project_ties(const TiedStep& s);
 
 }  // namespace pantin::detail::articulated

@@ -1,12 +1,12 @@
 // Torques of joints in the energy-momentum method: drives, soft zones, springs, friction, motors.
 //
-// A spring acts at the mean of its angles, so that what it stores it gives back; a damper acts at
-// the mean rate. That alone would ring where the step does not resolve their motion, of inertia I:
-// there a spring of stiffness k acts more at the end,
+// A spring acts at the mean of its angles, so that it conserves energy; a damper acts at the mean
+// rate. Both would ring where the step does not resolve their motion, with inertia I. There a
+// spring of stiffness k is weighted towards the end of the step,
 //   -k ((1 - s) / 2 before + (1 + s) / 2 end - rest),   s = 1 - 4 / (h^2 k / I), at least 0,
 // and an impulse damps the spin at the end of the step by
 //   s k h^2 / 2 + (h d / 2 - I), the second at least 0, for a damper d.
-// So a stiff drive is where it should be after one step, and at rest there.
+// So a stiff drive reaches its target in one step, at rest.
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
@@ -18,13 +18,13 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Of h^2 k / I, up to which a spring is resolved.
+/// Value of h^2 k / I up to which the step resolves a spring.
 constexpr Real kResolved = 4;
 
-/// How far the step resolves a spring or a damper.
+/// Weights of a spring or damper that the step may not resolve.
 struct Resolution {
-  Real by_end = 0.5;  // of a spring: weight of its end
-  Real damping = 0;   // N m s: of the spin at the end
+  Real by_end = 0.5;  // of a spring: weight of the end of the step
+  Real damping = 0;   // N m s: damping of the spin at the end
 };
 Resolution resolution_of(Real h, Real mobility, Real stiffness, Real damping) {
   Resolution r;
@@ -36,7 +36,7 @@ Resolution resolution_of(Real h, Real mobility, Real stiffness, Real damping) {
   return r;
 }
 
-/// The inertia of a body, and of nothing outboard of it, about an axis through its own joint.
+/// The inertia of a body alone, without outboard bodies, about an axis through its own joint.
 Real inertia_about(const StiffStep& s, std::size_t c, Vec3 axis) {
   const Quat q = s.world.bodies.values()[s.a.slots[c]].pose.rotation;
   const Vec3 inside = glm::conjugate(q) * axis;
@@ -50,7 +50,7 @@ Real mobility_of_parent(const StiffStep& s, std::size_t c, Vec3 axis) {
   const std::int32_t p = s.a.parents[c];
   return p < 0 ? 0 : 1 / inertia_about(s, static_cast<std::size_t>(p), axis);
 }
-/// The coordinate of an actuated joint over the part.
+/// The coordinate of an actuated joint over the substep.
 struct Way {
   Real before, end;  // rad
 };
@@ -82,7 +82,7 @@ void add_dof(const StiffStep& s, std::size_t c, const JointEnds& ends) {
   const Dof& dof = dof_of(s.world, s.a, c);
   const Real before = unwound(coordinate_of(j, ends.own0, ends.parent0), s.a.joint_memory[c].angle);
   const Way way{before, unwound(coordinate_of(j, ends.own1, ends.parent1), before)};
-  // As the last elimination has it, the parent apart.
+  // From the last elimination, plus the parent's mobility.
   const Real mobility = n.yield > 0 ? 2 * n.yield / (s.h * s.h) + mobility_of_parent(s, c, axis0)
                                     : mobility_about(s, c, axis0);
   const Real stiffness =
@@ -97,10 +97,10 @@ void add_dof(const StiffStep& s, std::size_t c, const JointEnds& ends) {
   const Real damping = resolution_of(s.h, mobility, f.stiffness, f.damping).damping;
   const bool turns = dof.motor.kind == MotorKind::velocity && f.damping > 0;
   n.damping += damping * glm::outerProduct(axis, axis);
-  // A motor below its cap holds its speed.
+  // A velocity motor below its cap keeps its target speed.
   if (turns)
     n.damped += damping * std::min(Real(1), dof.motor.gain / f.damping) * dof.motor.target * n.axis;
-  // The work of the spring is exactly the force times the change of the coordinate.
+  // Scaled so that the work of the spring is exactly its force times the change of the coordinate.
   const Real turned = sign * glm::dot(mean, turned_by(s, c, ends)), moved = way.end - way.before;
   const bool tells = std::abs(turned) > 1e-6 && std::abs(moved) < kPi / 2;
   const Real exact = tells ? std::clamp(moved / turned, Real(0.5), Real(1)) : 1;
@@ -110,7 +110,7 @@ void add_dof(const StiffStep& s, std::size_t c, const JointEnds& ends) {
   n.stiffness += slope * glm::outerProduct(mean, axis);
 }
 
-/// The inverse of the derivative of a rotation vector by a turn in the body's own axes.
+/// The derivative of a rotation vector by a rotation in the body's own axes.
 Mat3 turn_of_vector(Vec3 r) {
   const Real angle2 = glm::dot(r, r), angle = std::sqrt(angle2);
   const Real by_square =
@@ -119,7 +119,7 @@ Mat3 turn_of_vector(Vec3 r) {
   return Mat3(1) + 0.5 * across + by_square * across * across;
 }
 
-/// rad/s, of the target of a drive in the world, at the end.
+/// rad/s: rate of a drive's target in the world, at the end of the substep.
 Vec3 target_rate(const StiffStep& s, std::size_t c, const JointEnds& ends, Real until) {
   const PackedJoint& j = s.a.joints[c];
   const JointDrive& drive = s.world.joint_drives.values()[j.drive];
@@ -141,7 +141,7 @@ void add_drive(const StiffStep& s, std::size_t c, const JointEnds& ends) {
              goal1 = own_rotation(j, ends.parent1, target_at(drive, until));
   const Vec3 off0 = rotation_vector(goal0 * glm::conjugate(ends.own0)),
              off1 = rotation_vector(goal1 * glm::conjugate(ends.own1));
-  Vec3 ahead(0);  // the target's own turn
+  Vec3 ahead(0);  // the target's own rotation
   if (!drive.keys.empty())
     ahead = rotation_vector(goal1 *
                             glm::conjugate(own_rotation(j, ends.parent1, target_at(drive, from))));
@@ -161,7 +161,8 @@ void add_drive(const StiffStep& s, std::size_t c, const JointEnds& ends) {
   n.damped += by.damping * target_rate(s, c, ends, until);
 }
 
-/// Springs before the limits: the mean force is the difference of what is stored over the way.
+/// Springs before the limits: the mean force is the change of stored energy per angle (discrete
+/// gradient).
 void add_soft_zones(const StiffStep& s, std::size_t c, const JointEnds& ends) {
   const PackedJoint& j = s.a.joints[c];
   const JointLimits& limits = *j.joint.limits;

@@ -1,6 +1,6 @@
-// Islands alike, stepped side by side by the energy-momentum method: each in a lane of the
-// machine's vectors (kernels/island_lanes.hpp). What a lane does depends on its own island only, so
-// that it is the same whoever is beside it, and the same as of an island alone.
+// Batches of islands of equal structure, stepped by the energy-momentum method with one island per
+// SIMD lane (kernels/island_lanes.hpp). Each lane depends on its own island only: its result has
+// the same bits whatever the other lanes hold, and as when the island is stepped alone.
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -14,7 +14,7 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Whether an island has only what the lanes know: free ball joints, and cables.
+/// Whether the vectorised kernel supports an island: free ball joints and cables only.
 bool fits_lanes(const Island& a) {
   return a.settings.solver == Solver::articulated && a.joints.empty() && a.pins.empty() &&
          a.cables.size() <= kMostTies && a.count() > 0;
@@ -24,7 +24,7 @@ bool stretches(const World& world, const Island& a, std::size_t cable) {
   return world.cables.values()[a.cables[cable].cable].joint.compliance > 0;
 }
 
-/// What has to be the same in islands side by side, as a number: unequal ones hardly ever share it.
+/// Hash of an island's structure, which must be equal within a batch.
 std::uint64_t shape_of(const World& world, const Island& a) {
   std::uint64_t hash = 1469598103934665603ull;
   const auto add = [&](std::uint64_t x) { hash = (hash ^ x) * 1099511628211ull; };
@@ -47,14 +47,14 @@ bool are_alike(const World& world, const Island& a, const Island& b) {
   return true;
 }
 
-/// Numbers of the islands that a thread steps side by side.
+/// Workspace of the batch that a thread steps.
 struct LaneRoom {
   const std::size_t wide = kernels().lanes;
   std::vector<Real> numbers, table, gains;
   std::vector<std::uint32_t> rows;
-  std::array<std::vector<CableRow>, kMostAbreast> cable_rows;  // before the part
+  std::array<std::vector<CableRow>, kMostAbreast> cable_rows;  // before the substep
 
-  /// Grows to what the islands need; keeps it from step to step.
+  /// Grows to the size that the islands need, and keeps it from step to step.
   void fit(const Island& a, const LaneTies* of) {
     grow(numbers, kernels().lane_numbers(a.count(), a.trees.size(), of));
     if (!of) return;
@@ -95,7 +95,7 @@ struct Lane {
   }
 };
 
-/// Cables at the start of a part, into the lane.
+/// Writes cables to the lane at the start of a substep.
 void write_ties(const Lane& lane) {
   for (std::size_t n = 0; n < lane.ties().size(); ++n) {
     const ConservingTie& t = lane.ties()[n];
@@ -110,8 +110,7 @@ void write_ties(const Lane& lane) {
     lane.set(n, kCableFollowed, Real(t.followed));
   }
 }
-/// What the lane made of inextensible cables, back into the island's own list; and what that says
-/// of them, into the lane.
+/// Reads the states of cables back from the lane; write_kinds() writes kinds to the lane.
 void read_ties(const Lane& lane) {
   for (std::size_t n = 0; n < lane.ties().size(); ++n) {
     ConservingTie& t = lane.ties()[n];
@@ -169,7 +168,7 @@ LaneIsland lane_island(World& world, Lane& lane, const ConservingInput& in) {
           &with.place_work};
 }
 
-/// The next part of up to Kernels::lanes islands alike.
+/// Takes the next substep of up to Kernels::lanes islands of one batch.
 void take_parts_together(World& world, CrowdScratch& crowd, std::span<const std::uint32_t> going) {
   const auto step = [&](std::size_t l) -> CrowdStep& { return crowd.steps[going[l]]; };
   if (going.size() == 1) return take_part(world, *step(0).island, step(0).parts);
@@ -212,7 +211,7 @@ void take_parts_together(World& world, CrowdScratch& crowd, std::span<const std:
   }
 }
 
-/// The cables of an island, and whose paths share its places.
+/// The structure of an island's cables: their ends, their paths, and the paths through each body.
 void find_shape(const World& world, const Island& a, CrowdShape& shape) {
   const StepScratch& r = a.scratch;
   for (std::size_t i = 0; i < a.cables.size(); ++i) {
@@ -253,7 +252,7 @@ void find_crowds(const World& world, Islands& all) {
                    [&](const CrowdScratch::Member& i, const CrowdScratch::Member& j) {
                      return hashes[i.island] < hashes[j.island];
                    });
-  // Those that have no like are stepped as all others are.
+  // Islands without a match are stepped alone.
   std::vector<CrowdScratch::Member> members;
   for (std::size_t i = 0, end = 0; i < crowd.order.size(); i = end) {
     const Island& first = all.list[crowd.order[i].island];
@@ -279,7 +278,7 @@ void step_crowds(World& world, const StepTask& task) {
     Island& a = all.list[island];
     a.in_crowd = false;
     if (a.asleep || a.in_group || a.forced || !a.conserves || !a.finite) continue;
-    // A cable may have been given another kind.
+    // A cable's compliance may have been changed.
     const std::vector<LaneTies::Tie>& ties = crowd.shapes[shape].ties;
     bool fits = true;
     for (std::size_t n = 0; n < ties.size(); ++n)
@@ -291,7 +290,7 @@ void step_crowds(World& world, const StepTask& task) {
   for_each_island(crowd.steps.size(), task, [&](std::size_t i) {
     crowd.steps[i].parts = begin_parts(world, *crowd.steps[i].island, task.h);
   });
-  // In each round the next part of every step that is not at its end.
+  // Each round takes the next substep of every unfinished step.
   crowd.going.clear();
   for (std::size_t i = 0; i < crowd.steps.size(); ++i)
     crowd.going.push_back(static_cast<std::uint32_t>(i));

@@ -1,6 +1,6 @@
 #pragma once
-/// A step by the energy-momentum method in parts: the whole, or as many as its events and the speed
-/// of its bodies ask for; and islands alike whose parts are taken side by side.
+/// A step by the energy-momentum method in substeps: one, or as many as events and fast rotations
+/// require. Also the batches of similar islands whose substeps are vectorised (crowd.cpp).
 #include <cstdint>
 #include <vector>
 
@@ -11,44 +11,44 @@ namespace pantin::detail::articulated {
 
 struct Island;
 
-/// A part of a step of the length `whole`, s, by the fractions of it at which it begins and ends.
+/// A substep of a step of length `whole`, s: the fractions of it at which it begins and ends.
 struct StepPart {
   Real begin, end, whole;
-  bool yields = false;  // rigid ties give way
+  bool yields = false;  // rigid ties are compliant
 };
 
 /// Lengths are in the shortest units of time, of which a step has kParts (conserving.cpp).
 struct PartedStep {
   Real h = 0;                // s, the whole
-  Real left = 0;             // of it
-  Real part = 0;             // the next one
-  Real usual = 0;            // likewise, but for ends at blows
-  Real longest = 0;          // of the first
-  Real bent = 0;             // as far as cones let the way be straight
+  Real left = 0;             // remaining length
+  Real part = 0;             // the next substep
+  Real usual = 0;            // the same, without ends at impacts
+  Real longest = 0;          // the first substep
+  Real bent = 0;             // longest for rotating gradients of cones
   Real enough = 0;           // rad: see ConservingInput
-  int attempt = 1;           // parts tried, with the next one
-  bool follows = false;      // a step of the same length
+  int attempt = 1;           // substeps tried, with the next one
+  bool follows = false;      // the last step had the same length
   bool closes_gaps = false;  // of pins and loops
-  bool yields = false;       // rigid ties give way
+  bool yields = false;       // rigid ties are compliant
   bool inner = true;         // no tie led to the world or to another tree
-  bool taken = false;        // the last part was
-  bool fails = false;        // what is left has to be stepped otherwise
-  StepPart now{};            // the last part
+  bool taken = false;        // the last substep was accepted
+  bool fails = false;        // the rest is left to sweeps
+  StepPart now{};            // the last substep
 
   bool goes_on() const { return left > 0 && !fails; }
 };
 
-/// The step of an island that has others like it (crowd.cpp).
+/// The step of an island of a batch (crowd.cpp).
 struct CrowdStep {
   Island* island;
   std::uint32_t shape;
   PartedStep parts;
 };
-/// What islands alike have in common.
+/// The structure that the islands of a batch have in common.
 struct CrowdShape {
   std::vector<LaneTies::Tie> ties;
   std::vector<std::uint32_t> place_starts, positions, tie_at;  // see LaneTies
-  std::size_t longest = 0;                                     // path of a tie
+  std::size_t longest = 0;                                     // longest path of a tie
 };
 struct CrowdScratch {
   struct Member {
@@ -57,12 +57,12 @@ struct CrowdScratch {
   struct Unit {
     std::size_t first, count;  // in `going`
   };
-  bool is_known = false;  // who is alike, since the last build
+  bool is_known = false;  // batches have been found since the last build
   std::vector<CrowdShape> shapes;
-  std::vector<Member> order;  // islands that have others like them, these together
+  std::vector<Member> order;  // islands of batches, batch by batch
   std::vector<CrowdStep> steps;
-  std::vector<std::uint32_t> going;  // of the steps, those that are not at their end
-  std::vector<Unit> units;           // side by side
+  std::vector<std::uint32_t> going;  // indices of steps that are not finished
+  std::vector<Unit> units;           // each is vectorised
 };
 
 }  // namespace pantin::detail::articulated

@@ -1,14 +1,15 @@
-// Inextensible cables in a step by the energy-momentum method: when they become taut and slack.
+// Inextensible cables in a step by the energy-momentum method: when they become taut or slack.
 #include "engine/solvers/articulated/smooth/conserving_ties.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
 
 constexpr std::uint32_t kNobody = UINT32_MAX;
-/// Part of the island's kinetic energy: a blow that takes more of it is followed to its time.
+/// Fraction of the island's kinetic energy: an impact that dissipates more is resolved in time.
 constexpr Real kMuch = 0.01;
 
-/// How fast a cable grew longer at the start, m/s; the kinetic energy of the island then, J.
+/// m/s: rate of stretch of a cable at the start of the substep. J: the island's kinetic energy
+/// then.
 Real rate_before(const TiedStep& s, const ConservingTie& t) {
   const auto at = [&](std::uint32_t c, Vec3 anchor) {
     const Body& b = s.body(c);
@@ -28,13 +29,13 @@ Real kinetic_energy(const TiedStep& s) {
   return energy;
 }
 
-/// Of a taut cable: its impulse, negative where it would push.
+/// Impulse of a taut cable; negative if it would push.
 Real pull_of(const ConservingTie& t) {
   return t.kind == TieKind::taut ? glm::dot(t.mu, direction_of(CableSpan<Vec3>{t.before, t.now}))
                                  : 0;
 }
 
-/// Whether the part has to end at this fraction of it, which is then asked for.
+/// Whether the substep has to end at this fraction of it; sets TiedPart::shorter then.
 bool ends_at(const TiedStep& s, Real fraction) {
   const Real units = fraction * s.with.units;
   if (!(fraction < 1) || !(s.with.units - units > 1)) return false;

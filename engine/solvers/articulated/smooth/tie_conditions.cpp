@@ -1,4 +1,4 @@
-// Which islands the energy-momentum method can step with their ties, and room for these.
+// Which islands the energy-momentum method can step with their ties; workspace of ties.
 #include <algorithm>
 
 #include "engine/joints/kinds.hpp"

@@ -7,13 +7,13 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Pivots below this part of their row count as dependent rows: these have no impulse.
+/// Pivots below this fraction of their row mean linearly dependent rows, which have no impulse.
 constexpr Real kDependent = 1e-12;
 
-/// Pivots below this part of their row leave the fast elimination.
+/// Pivots below this fraction of their row end the fast elimination.
 constexpr Real kClear = 1e-6;
 
-/// Rows of the size 1, by their largest number. False if one is not finite.
+/// Scales rows to a largest number of 1. False if one is not finite.
 bool scale_rows(Real* m, Real* x, std::size_t n) {
   for (std::size_t i = 0; i < n; ++i) {
     Real* const own = m + i * n;
@@ -30,13 +30,12 @@ bool scale_rows(Real* m, Real* x, std::size_t n) {
   return true;
 }
 
-/// Which number of a column is its pivot: that on the diagonal, as for the cables of islands side
-/// by side (kernels/lane_response.hpp), or the largest. What ties answer is nearly definite, so
-/// that the first will mostly do.
+/// The pivot of a column: on the diagonal, as in the vectorised kernel (kernels/lane_response.hpp),
+/// or the largest. The matrix is nearly definite, so the diagonal mostly suffices.
 enum class Pivot : std::uint8_t { diagonal, largest };
 
-/// Elimination by columns. False, and what it was given is spoilt, where a pivot is too small: of
-/// the largest ones, where rows depend on one another.
+/// Gaussian elimination in place. False if a pivot is too small; with the largest pivots that means
+/// dependent rows. The matrix is destroyed either way.
 bool eliminate(Real* m, Real* x, std::size_t n, Pivot pivots) {
   const Real least = pivots == Pivot::diagonal ? kSafePivot : kClear;
   for (std::size_t k = 0; k < n; ++k) {
@@ -83,7 +82,7 @@ bool solve_tie_equations(StepScratch& r, std::size_t n) {
   }
   for (std::size_t i = 0; i < n; ++i) order[i] = static_cast<std::uint32_t>(i);
   std::size_t rank = 0;
-  // The largest number of each row that is left, kept up as rows are reduced.
+  // Complete pivoting: the largest number of each remaining row, updated as rows are reduced.
   std::vector<Real>& largest = r.tie_largest;
   const auto largest_of = [&](std::size_t i, std::size_t first) {
     Real most = 0;

@@ -1,10 +1,11 @@
-// How ties answer impulses: the matrix of their equations, and the motion of the bodies.
+// Response of ties to impulses: the matrix of their equations, and the motion of the bodies.
 //
-// An impulse at a point passes from its body to the root, and what it changes at another point
-// passes back from the root to that point's body. A row of the matrix is the second way taken
-// backwards; an entry is the sum over the bodies that both ways share of what the row gives for a
-// turn and what the impulse turns. [Featherstone 2010, "Exploiting sparsity in operational-space
-// dynamics"] A row thus costs the depth of its bodies, and not the number of all.
+// An impulse at a point propagates from its body to the root; its effect on another point
+// propagates from the root to that point's body. A row of the matrix is the second path taken
+// backwards. An entry is the sum, over the bodies that both paths share, of the row's gradient by
+// the rotation times the rotation by the impulse. [Featherstone 2010, "Exploiting sparsity in
+// operational-space dynamics"] So a row costs the depth of its bodies, not the number of all
+// bodies.
 #include <algorithm>
 #include <span>
 
@@ -21,9 +22,9 @@ Mat3 rows_at(const Real* m, std::size_t stride) {
               m[stride + 2], m[2 * stride + 2]);
 }
 
-/// What the elimination left of a body: of islands of free ball joints, by the kernels, and of
-/// others (conserving_joints.cpp). The turn by a torque; the impulse that a turn takes; the turn
-/// and the impulse by a displacement of the own joint; what the parent's turn adds to these.
+/// Results of the elimination for a body: BallNodes for free ball joints, by the kernels;
+/// StiffNodes for others (conserving_joints.cpp). compliance: rotation per torque; crossing:
+/// impulse per rotation; turn_y, force_y: rotation and impulse per displacement of the own joint.
 struct BallNodes {
   static constexpr bool kPassTorque = false;
   StepScratch& r;
@@ -44,13 +45,13 @@ struct StiffNodes {
   const Mat3& force_y(std::size_t c) const { return node(c).force_y; }
 };
 
-/// Reaches of impulses, and of motions.
+/// The vector from the parent's joint to the own one, at the mean or the end of the substep.
 Vec3 reach_of(const StepScratch& r, Arms arms, std::size_t c) {
   return r.work.vec(arms == Arms::mean ? kMeanReach : kEndReach, c);
 }
 
-/// Response of the whole island to the impulses in `tie_impulses` and `tie_torques`, which become
-/// displacements of the own joints, and turns; impulses at the joints into `tie_joints`.
+/// Response of the whole island to the impulses in `tie_impulses` and `tie_torques`: replaces them
+/// by displacements of the own joints and rotations; writes impulses at the joints to `tie_joints`.
 template <class Nodes>
 void respond(Island& a, const Nodes& nodes, Arms arms) {
   StepScratch& r = a.scratch;
@@ -58,7 +59,7 @@ void respond(Island& a, const Nodes& nodes, Arms arms) {
   for (std::size_t c = a.count(); c-- > 0;) {
     Vec3 &torque = r.tie_torques[c], &impulse = r.tie_impulses[c];
     if constexpr (Nodes::kPassTorque) nodes.node(c).tie_passed = Vec3(0);
-    // Most bodies have no tie below them.
+    // Most bodies have no tie outboard of them.
     if (torque == Vec3(0) && impulse == Vec3(0)) continue;
     const Vec3 turn = nodes.compliance(c) * torque;
     impulse -= nodes.crossing(c) * turn;
@@ -96,13 +97,14 @@ void respond(Island& a, const Nodes& nodes, Arms arms) {
   }
 }
 
-/// A row of the ties' equations: an impulse at a tie, and what is asked of the change of its d.
+/// A row of the ties' equations: the direction of its impulse, and the component of d it
+/// constrains.
 struct AskedRow {
   const ConservingTie& tie;
   Vec3 direction, by;
 };
 
-/// Fills the shares of a row: see the head of the file.
+/// Fills the shares of a row: see the top of the file.
 template <class Nodes>
 void fill_shares(Island& a, const Nodes& nodes, Arms arms, const AskedRow& row) {
   StepScratch& r = a.scratch;
@@ -128,7 +130,7 @@ void fill_shares(Island& a, const Nodes& nodes, Arms arms, const AskedRow& row) 
   if (t.a != kNone) begin(t.a, mean ? t.mean_a : t.end_a, t.end_a, -1);
   for (std::size_t k = 0; k < path.size(); ++k) {
     const std::size_t c = path[k].column;
-    if (c >= a.count()) {  // the place of a free root
+    if (c >= a.count()) {  // the displacement of a free root
       shares[k] = {glm::inverse(nodes.force_y(c - a.count())) * at[k].impulse, at[k].by_move};
       continue;
     }
@@ -169,7 +171,7 @@ void fill_all_shares(Island& a, const Nodes& nodes, Arms arms) {
   }
 }
 
-/// The bodies between a tie and its roots, children first.
+/// Adds the path of a tie: the bodies from its ends to their roots, children first.
 void add_path(Island& a, std::uint32_t b, std::uint32_t other) {
   std::vector<TiePathStep>& paths = a.scratch.tie_paths;
   const auto first = static_cast<std::uint32_t>(paths.size());
@@ -222,7 +224,7 @@ void fill_tie_matrix(Island& a, Arms arms, std::size_t n) {
     fill_all_shares(a, StiffNodes{r}, arms);
   PANTIN_ASSERT(n == r.tie_rows.size() && r.tie_matrix.size() >= n * n &&
                 r.tie_turns.size() == 2 * a.count());
-  // Turns by four impulses side by side: a row meets all of them at once.
+  // Rotations by four impulses at a time, so that each row is multiplied with all four at once.
   constexpr std::size_t kSides = Vec3x4::kSides;
   for (std::size_t first = 0; first < n; first += kSides) {
     const std::size_t count = std::min(kSides, n - first);
