@@ -1,20 +1,20 @@
 #pragma once
-/// What a step by the energy-momentum method works on (conserving.hpp): one island, whose bodies
-/// lie side by side where they are independent and follow one another along the joints.
+/// Data of a step by the energy-momentum method (conserving.hpp) for one island: vectorised over
+/// bodies where they are independent, sequential along the joints.
 #include "engine/solvers/articulated/kernels/predict.hpp"
 #include "engine/solvers/articulated/kernels/rows.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
 
-/// State of bodies side by side at the start of a step, after half its drag.
+/// State of a vector of bodies at the start of a step, after half its drag.
 template <class F>
 struct StartState {
   Vec<F> x, v, w;
   Qua<F> q;
 };
 
-/// Parents of bodies side by side: rotations at the start and at the iterate, arms at the iterate.
+/// Parents of a vector of bodies: rotations at the start and at the iterate, arms at the iterate.
 template <class F>
 struct ParentState {
   Qua<F> q0, q1;
@@ -103,7 +103,7 @@ class BodyLanes {
   static double of_island(double x, int /*island*/) { return x; }
   static INLINE Four factors_of(const double (&factors)[1]) { return all(factors[0]); }
 
-  /// Islands whose iterations have ended keep what they have.
+  /// Islands whose iterations have ended keep their values.
   void stop(int /*island*/) const {}
   template <class T>
   static INLINE T running(T now, T /*before*/) {
@@ -136,7 +136,7 @@ class BodyLanes {
   void project_ties(const bool (&/*wanted*/)[1], bool (&fails)[1]) const {
     fails[0] = !in.ties->project(in.ties->context);
   }
-  /// Whether they lead from a tree to itself: 1 or 0.
+  /// 1 if every tie connects a tree to itself, else 0.
   double inner_ties() const { return !in.ties || *in.ties->inner ? 1 : 0; }
   bool is_struck(int /*island*/) const { return in.ties && *in.ties->struck; }
   double place_work(int /*island*/) const { return in.ties ? *in.ties->place_work : 0; }

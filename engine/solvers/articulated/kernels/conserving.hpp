@@ -2,17 +2,17 @@
 /// A whole step of a tree of free ball joints by the energy-momentum method, solved by Newton
 /// iterations in the rotations of the bodies.
 ///
-/// A rigid body is seen as its mass centre and three material directions d_k with masses J_k (the
-/// principal second moments, kg m^2). Joints are linear in these coordinates and rigidity is
+/// A rigid body is described by its mass centre and three material directions d_k with masses J_k
+/// (the principal second moments, kg m^2). Joints are linear in these coordinates and rigidity is
 /// quadratic, so that the mid-point rule with the constraint gradients at the mean of the two
 /// poses conserves energy, momentum and angular momentum. [Betsch & Steinmann 2001, "Constrained
-/// integration of rigid body dynamics"] The mean velocity of the step, V = (z1 - z0) / h, makes
+/// integration of rigid body dynamics"] The mean velocity of the step, V = (z1 - z0) / h, satisfies
 ///
 ///   (V - v0 - h f / 2) . dz = 0   for every displacement dz that the joints and rigidity allow
 ///
-/// at the mean of the poses z0 and z1, masses understood. The velocity at the end, 2 V - v0, is
-/// projected to those that joints and rigidity allow there, which can only remove energy. Nothing
-/// depends on the ratio of a body's moments of inertia: thin bodies are no special case.
+/// at the mean of the poses z0 and z1, with the masses as weights. The velocity at the end, 2 V -
+/// v0, is projected to those that joints and rigidity allow there, which can only remove energy.
+/// Nothing depends on the ratio of a body's moments of inertia: thin bodies are no special case.
 ///
 /// The unknowns of an iteration are the rotation of each body (rad) and the displacement of its
 /// own joint point (m). Bodies are eliminated from the leaves to the roots, in linear time.
@@ -21,7 +21,7 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// The step of the islands that `Lanes` holds; see the head of the file.
+/// The step of the islands that `Lanes` holds; see the top of the file.
 template <class Lanes>
 struct ConservingStep : ConservingIterate<Lanes> {
   using Iterate = ConservingIterate<Lanes>;
@@ -30,15 +30,15 @@ struct ConservingStep : ConservingIterate<Lanes> {
   using Iterate::lanes, Iterate::in, Iterate::h, Iterate::h4, Iterate::per, Iterate::kNumber;
   using typename Iterate::N;
   using typename Iterate::P;
-  /// Cayley's vector of a turn by 2 rad.
+  /// Length of the Cayley vector of a rotation by 2 rad.
   static constexpr double kMostTurned = 3.11;
 
-  /// The iterations of an island.
+  /// State of the iterations of an island.
   struct Course {
     bool runs = true, solved = false;
     double largest2 = 0;  // square of the largest rotation of the last iteration, rad^2
     double released = 0;  // J, by joints and ties
-    bool keeps = true;    // nothing but the projection takes energy at the end
+    bool keeps = true;    // only the projection removes energy at the end
   };
 
   ConservingStep(Lanes& islands, const ConservingInput& common) : Iterate(islands, common) {
@@ -67,7 +67,7 @@ struct ConservingStep : ConservingIterate<Lanes> {
     lanes.stop(island);
   }
 
-  /// One Newton iteration: eliminates, rotates, and fills for what comes next.
+  /// One Newton iteration: eliminates, solves for the unknowns, rotates the bodies.
   void iterate() {
     if (lanes.has_ties()) lanes.load_ties();
     this->template inward<Unknown::displacement>();
@@ -102,7 +102,7 @@ struct ConservingStep : ConservingIterate<Lanes> {
     });
   }
 
-  /// Newton iterations of all islands that can be solved.
+  /// Newton iterations of all islands.
   void solve() {
     for (std::size_t i = 0; i < count(); i += Lanes::kAtOnce) this->guess(i);
     const N found = probe_.total();
@@ -135,7 +135,7 @@ struct ConservingStep : ConservingIterate<Lanes> {
       if (c.runs) stop(l, End::failed);
     });
   }
-  /// Free roots move by what was found.
+  /// Moves free roots by their displacements.
   void move_roots() {
     for (std::size_t i = 0; i < count(); ++i)
       if (parent(i) == kFree) {
@@ -145,8 +145,8 @@ struct ConservingStep : ConservingIterate<Lanes> {
       }
   }
 
-  /// A free tree gets the momentum that it must have, to the last digit: what the iterations left
-  /// is the same velocity for all its bodies.
+  /// Gives a free tree its exact momentum: distributes the residual of the iterations as the same
+  /// velocity for all its bodies.
   void balance(std::size_t first, std::size_t last) {
     Vec<N> lacks{N{}, N{}, N{}};
     N mass{};
@@ -176,8 +176,8 @@ struct ConservingStep : ConservingIterate<Lanes> {
     }
   }
 
-  /// Twice the work at the anchors of the roots, J: by their impulses over `moved`, m, or at the
-  /// velocities at the end, m/s.
+  /// J: twice the work at the anchors of the roots, by their impulses over the displacements
+  /// `moved`, m, or at the end velocities `moved`, m/s.
   N anchor_work(const double* moved, N share) const {
     N sum{};
     for (std::size_t i = 0; i < count(); ++i) {
@@ -188,8 +188,8 @@ struct ConservingStep : ConservingIterate<Lanes> {
     return sum;
   }
 
-  /// What the iterations found is refused where a body turned about half around, since they then
-  /// ended at no solution, or at a spurious one, and where ties do not accept it.
+  /// Rejects solutions in which a body rotated by more than 2 rad, since Newton's method may have
+  /// found a spurious root, and those that ties do not accept.
   void refuse() {
     const N turned2 = Lanes::largest_of(turned2_);
     for_each_island([&](Course& c, int l) {
@@ -203,7 +203,7 @@ struct ConservingStep : ConservingIterate<Lanes> {
     });
   }
 
-  /// Velocities at the end.
+  /// Projects the velocities at the end.
   void project() {
     balance_free_trees();
     this->template inward<Unknown::velocity>();
@@ -225,15 +225,15 @@ struct ConservingStep : ConservingIterate<Lanes> {
     double due, found, works, weight;
     double by_anchors;
   };
-  /// Whether energy came from nowhere; else the factor of the velocities. The projection takes
-  /// energy of the second order in the step. Below an anchor that stands still velocities are
-  /// scaled to the energy that is due, at most by a tenth: beyond that the step does not resolve
-  /// the motion, and shorter ones are tried. The projection impulses do no more work at anchors
-  /// than at the velocities that these have at the end.
+  /// False if the step gains energy without a source, or loses too much; else the factor of the
+  /// velocities. The projection removes energy of second order in the step. Below an anchor at
+  /// rest, velocities are scaled to the energy that is due, by a tenth at most: beyond that the
+  /// step does not resolve the motion, and shorter ones are tried. The projection impulses do the
+  /// work at anchors that belongs to the anchors' end velocities.
   bool scales(const Course& c, int l, Energies e, double& factor) const {
     const ConservingInput& own = lanes.input(l);
     if (!(c.keeps && own.knows_work)) return true;
-    const bool struck = lanes.is_struck(l);  // a blow takes energy, it gives none
+    const bool struck = lanes.is_struck(l);  // an impact dissipates energy, it adds none
     const bool still = own.still && !struck;
     const double by_places = 2 * lanes.place_work(l);
     const double due = e.due + 2 * c.released + e.by_anchors + by_places;
@@ -246,7 +246,7 @@ struct ConservingStep : ConservingIterate<Lanes> {
     return true;
   }
 
-  /// Everything written back of the islands whose step is taken, and nothing of the others.
+  /// Writes back the islands whose step is accepted, and nothing of the others.
   void finish() {
     if constexpr (Lanes::kHooks)
       if (in.joints) in.joints->align(in.joints->context);
@@ -329,7 +329,7 @@ void conserve_by(Lanes& lanes, const ConservingInput& in) {
 bool conserve(const IslandView& p, const ConservingInput& in) {
   BodyLanes lanes(p, in);
   conserve_by(lanes, in);
-  // The other passes expect an identity there.
+  // The other passes expect an identity rotation in the padding.
   for (std::size_t i = p.count; i % kLanes != 0; ++i)
     put(column(p.work, kWorkRows, i), kAppliedRotation, Qua<double>{0, 0, 0, 1});
   clear_padding(p);

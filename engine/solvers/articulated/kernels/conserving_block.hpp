@@ -1,6 +1,6 @@
 #pragma once
-/// Elimination of one body in a step by the energy-momentum method, of one island or of several
-/// side by side; see conserving.hpp.
+/// Elimination of one body in a step by the energy-momentum method, scalar or vectorised over
+/// islands; see conserving.hpp.
 #include "engine/solvers/articulated/kernels/rows.hpp"
 
 namespace pantin::detail::articulated {
@@ -12,7 +12,7 @@ template <class N>
 struct ConservingBlock {
   Rows<N> tt, ty, yt, yy;  // ty: | torque impulse to be made; yy: | momentum, or nothing
   Vec<N> impulse;          // at the own joint, from the parent
-  Vec<N> torque;           // impulse about the own joint, which has to vanish
+  Vec<N> torque;           // impulse about the own joint: a residual, to vanish
 
   INLINE static ConservingBlock none() {
     const Row<N> row = row_of(N{}, N{}, N{}, N{});
@@ -45,7 +45,7 @@ template <class F>
 struct Outer {
   Vec<F> x{all<F>(0), all<F>(0), all<F>(0)}, y = x, z = x;
   INLINE void add(Vec<F> a, Vec<F> b) { x = x + a.x * b, y = y + a.y * b, z = z + a.z * b; }
-  /// Minus the trace, on the diagonal: a (b . t) - t (a . b), the turned a crossed with b.
+  /// With the trace subtracted from the diagonal: a (b . t) - t (a . b) = (t x a) x b.
   INLINE void put_crossed(double* k, std::size_t row) const {
     const F trace = x.x + y.y + z.z;
     put(k, row, Vec<F>{x.x - trace, x.y, x.z});
@@ -120,9 +120,9 @@ struct Inverse {
 };
 
 /// Refers the equations of the rotation to axes that rotate with the body (the mean of its axes
-/// before and after). A torque left by an iteration would otherwise couple the rotation about the
-/// axis of a thin body with those across it, where its inertia is larger by orders of magnitude.
-/// `turned` is Cayley's vector of the rotation over the step.
+/// before and after). Otherwise a residual torque would couple the rotation about the axis of a
+/// thin body with those across it, where its inertia is larger by orders of magnitude. `turned` is
+/// the Cayley vector of the rotation over the step.
 template <class N>
 INLINE void turn_axes(ConservingBlock<N>& b, Vec<N> turned) {
   const Vec<N> n = 0.5 * b.torque, d = -0.5 * turned;
@@ -132,8 +132,8 @@ INLINE void turn_axes(ConservingBlock<N>& b, Vec<N> turned) {
   b.tt.z += row_of(n.z * d.x - n.y, n.z * d.y + n.x, n.z * d.z - along, none);
 }
 
-/// Eliminates the rotation, given the inverse of tt: mass | bias at the own joint; both go to the
-/// node.
+/// Eliminates the rotation, given the inverse of tt. Returns mass | bias at the own joint; writes
+/// this and the response to the node.
 template <class N>
 INLINE Rows<N> eliminate(const ConservingBlock<N>& b, const Inverse<N>& inverse, double* node) {
   const auto& [u, v, w] = inverse;
@@ -149,7 +149,7 @@ INLINE Rows<N> eliminate(const ConservingBlock<N>& b, const Inverse<N>& inverse,
   return mass;
 }
 
-/// What the ties of a body add to its block (kTieBlock numbers), of displacements only.
+/// Adds the ties of a body to its block (kTieBlock numbers), for displacements only.
 template <class N>
 INLINE void add_ties(ConservingBlock<N>& b, const double* t) {
   const auto row = [&](std::size_t i) {
@@ -161,7 +161,7 @@ INLINE void add_ties(ConservingBlock<N>& b, const double* t) {
   b.impulse = b.impulse + impulse, b.torque = b.torque + torque;
 }
 
-/// What the ties need of the elimination (kTieFactor numbers): the inverse of tt, and yt, by rows.
+/// Stores for the ties the inverse of tt, and yt, by rows (kTieFactor numbers).
 template <class N>
 INLINE void keep_factor(const ConservingBlock<N>& b, const Inverse<N>& inverse, double* to) {
   const auto& [u, v, w] = inverse;

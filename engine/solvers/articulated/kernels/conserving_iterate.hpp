@@ -1,6 +1,6 @@
 #pragma once
-/// An iterate of a step by the energy-momentum method: what it makes of the bodies, and their
-/// elimination along the joints; see conserving.hpp.
+/// An iterate of a step by the energy-momentum method: the bodies' equations at the iterate, and
+/// their elimination along the joints; see conserving.hpp.
 #include "engine/solvers/articulated/kernels/body_lanes.hpp"
 #include "engine/solvers/articulated/kernels/conserving_block.hpp"
 
@@ -16,7 +16,7 @@ struct ConservingIterate {
   static constexpr std::size_t kNumber = kNumbersIn<N>;
 
   Lanes& lanes;
-  const ConservingInput& in;  // of any of the islands: what they have in common
+  const ConservingInput& in;  // of one of the islands: the common values
   const N h = lanes.step_length(), per = 1.0 / h;
   const P h4 = Lanes::spread(h), per4 = Lanes::spread(per);
 
@@ -57,7 +57,7 @@ struct ConservingIterate {
     for (std::size_t l = 0; l < (left < Lanes::kAtOnce ? left : Lanes::kAtOnce); ++l)
       put_way(i + l);
   }
-  /// Displacement of the joint point of body i; that of a free root is known.
+  /// Writes the displacement of body i's joint point; that of a free root is known.
   INLINE void put_way(std::size_t i) {
     double* k = work(i);
     if (parent(i) >= 0)
@@ -70,7 +70,7 @@ struct ConservingIterate {
 
   static INLINE P size_of(P x) { return choose(x > all<P>(0), x, all<P>(-1) * x); }
 
-  /// What the elimination needs of each body of a block.
+  /// Writes the equations of each body of a block for the elimination.
   template <Unknown unknown>
   INLINE void fill(std::size_t i) {
     const StartState<P> s = lanes.start(i);
@@ -137,7 +137,7 @@ struct ConservingIterate {
     for (std::size_t i = 0; i < count(); i += Lanes::kAtOnce) fill<unknown>(i);
   }
 
-  /// Leaves to roots. The impulses at the joints go to the memory.
+  /// Inward pass, leaves to roots. Writes the impulses at the joints to the memory.
   template <Unknown unknown>
   void inward() const {
     if constexpr (Lanes::kHooks)
@@ -163,7 +163,7 @@ struct ConservingIterate {
       mass = eliminate(b, inverse, lanes.node(i));
     }
   }
-  /// Of a body whose children are all added.
+  /// Finishes a body's block once all its children are added.
   INLINE void settle(std::size_t i, ConservingBlock<N>& b) const {
     double* m = memory(i);
     put(m, kLambda, lanes.running(b.impulse, vec<N>(m, kLambda)));
@@ -181,7 +181,7 @@ struct ConservingIterate {
     const Inverse<N> mass(g);
     return f.x * mass.u + f.y * mass.v + f.z * mass.w;
   }
-  /// Roots to leaves: the unknowns of body i.
+  /// Outward pass, roots to leaves: the unknowns of body i.
   template <Unknown unknown>
   INLINE void outward(std::size_t i, const double*& held) {
     double* m = memory(i);
@@ -210,11 +210,11 @@ struct ConservingIterate {
     put(m, kLambda, unknown == Unknown::displacement ? lanes.running(after, before) : after);
   }
 
-  typename Lanes::Sum due_;     // twice the kinetic energy that the bodies must have at the end, J
-  typename Lanes::Sum work_;    // J: sizes of the works in it
-  typename Lanes::Sum weight_;  // J: scale of the work that the weight can do
-  typename Lanes::Sum probe_;   // finite where all positions are
-  P turned2_ = all<P>(0);       // square of the largest rotation over the step, by Cayley's vector
+  typename Lanes::Sum due_;       // twice the kinetic energy due at the end, J
+  typename Lanes::Sum work_;      // J: sum of the magnitudes of the work terms in it
+  typename Lanes::Sum weight_;    // J: scale of the work that the weight can do
+  typename Lanes::Sum probe_;     // finite if all positions are
+  P turned2_ = all<P>(0);         // square of the longest Cayley vector of a rotation over the step
   const double* held_ = nullptr;  // of the next root: displacement of its anchor
 };
 

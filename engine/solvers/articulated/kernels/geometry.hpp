@@ -57,7 +57,7 @@ INLINE void add(Sym<T>& a, const Sym<T>& b) {
   a.xx += b.xx, a.xy += b.xy, a.xz += b.xz, a.yy += b.yy, a.yz += b.yz, a.zz += b.zz;
 }
 
-/// Where the work table has the poses of the bodies: the first row of positions and of rotations.
+/// Rows of the work table that hold the poses: the first row of positions and of rotations.
 struct PosedAt {
   std::size_t position_row, rotation_row;
 };

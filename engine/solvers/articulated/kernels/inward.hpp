@@ -1,6 +1,6 @@
 #pragma once
-/// Adjust stage, inward pass: from the leaves to the root every body is eliminated, which leaves
-/// the articulated mass and the bias at its joint.
+/// Adjust stage, inward pass: eliminates every body from the leaves to the root, leaving the
+/// articulated mass and the bias at its joint.
 #include "engine/solvers/articulated/kernels/geometry.hpp"
 #include "engine/solvers/articulated/kernels/rows.hpp"
 
@@ -47,8 +47,8 @@ INLINE Block own_block(const double* c, const double* k) {
           {Four{m, 0, 0, 0}, Four{0, m, 0, 0}, Four{0, 0, m, 0}}};
 }
 
-/// Eliminates the rotation of a body: articulated mass and bias at its joint, and its response.
-/// Pivot by pivot, since the next body depends on the articulated mass only.
+/// Eliminates the rotation of a body, pivot by pivot: articulated mass and bias at its joint, then
+/// its response. The next body depends on the articulated mass only, which is computed first.
 INLINE Rows<double> eliminate(const Block& b, double* node) {
   const double floor = 4 * 2.220446049250313e-16 * (b.tt.xx + b.tt.yy + b.tt.zz);
   const double d0 = b.tt.xx, i0 = 1 / (d0 > floor ? d0 : floor);
@@ -91,7 +91,7 @@ void fill_blocks(const IslandView& p, double* blocks) {
               own_block(column(p.constants, kConstantRows, i), column(p.work, kWorkRows, i)));
 }
 
-/// A tree: each body adds itself to its parent's block once it is eliminated.
+/// Each body is added to its parent's block once it is eliminated.
 void inward_pass(const IslandView& p, double* blocks) {
   for (std::size_t i = p.count; i-- > 0;) {
     const double* k = column(p.work, kWorkRows, i);

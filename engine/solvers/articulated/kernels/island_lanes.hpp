@@ -1,6 +1,6 @@
 #pragma once
-/// What a step by the energy-momentum method works on (conserving.hpp): islands alike, each in a
-/// lane of its own. All that a lane holds depends on its own island only, bit for bit.
+/// Data of a step by the energy-momentum method (conserving.hpp) for a batch of islands of equal
+/// structure, one per SIMD lane. Each lane depends on its own island only, bit for bit.
 #include "engine/solvers/articulated/kernels/conserving.hpp"
 #include "engine/solvers/articulated/kernels/lane_cables.hpp"
 
@@ -25,14 +25,14 @@ class IslandLanes {
     read_islands();
   }
 
-  const IslandView& p;  // of the first: what they have in common
+  const IslandView& p;  // of the first island: the common structure
 
   std::size_t count() const { return p.count; }
   const std::int32_t* parents() const { return p.parents; }
   Lane step_length() const { return h_; }
   static INLINE Lane spread(Lane x) { return x; }
   bool is_used(int l) const { return static_cast<std::size_t>(l) < lanes_.count; }
-  /// Lanes that are not used do what the first does.
+  /// Unused lanes repeat the first island.
   const LaneIsland& island(int l) const { return lanes_.islands[is_used(l) ? l : 0]; }
   const ConservingInput& input(int l) const { return island(l).input; }
   INLINE const double* constants(std::size_t i) const { return tables_.constants_at(i); }
@@ -102,7 +102,7 @@ class IslandLanes {
       if (is_taken(l)) return true;
     return false;
   }
-  /// Islands that the lanes cannot step.
+  /// Marks the islands that the lanes cannot step, which are then stepped alone.
   void send_away() const {
     for (std::size_t l = 0; lanes_.ties && l < lanes_.count; ++l)
       if (cables_.is_alone(l)) lanes_.outcomes[l] = LaneOutcome::alone;
@@ -114,7 +114,7 @@ class IslandLanes {
   INLINE void set_bodies(std::size_t i, std::size_t at, Vec<Lane> v) const {
     set_bodies(i, at, v.x), set_bodies(i, at + 1, v.y), set_bodies(i, at + 2, v.z);
   }
-  /// What the next step starts from, and what an island alone would leave.
+  /// Writes the memory that the next step starts from, as a step of an island alone does.
   void write_memory() const {
     for (std::size_t l = 0; l < lanes_.count; ++l) {
       if (!is_taken(l)) continue;
@@ -153,7 +153,7 @@ class IslandLanes {
     const IslandView& view = island(static_cast<int>(l)).view;
     return view.bodies + view.slots[i] * view.layout.stride;
   }
-  /// Constants, states at the start and anchors, each island into its lane.
+  /// Reads constants, states at the start and anchors of each island into its lane.
   void read_islands() {
     for (std::size_t l = 0; l < kWide; ++l) {
       const LaneIsland& from = island(static_cast<int>(l));

@@ -1,6 +1,6 @@
 #pragma once
-/// Cables of islands side by side: their laws, as conserving_ties.cpp and slack_cables.cpp have
-/// them for one island, an island in each lane.
+/// Laws of cables, vectorised over islands, one per lane; conserving_ties.cpp and slack_cables.cpp
+/// are the code for one island.
 #include "engine/solvers/articulated/kernels/lane_tables.hpp"
 #include "engine/solvers/articulated/smooth/cable_law.hpp"
 
@@ -9,7 +9,7 @@ namespace {
 
 inline constexpr std::uint32_t kNoColumn = 0xffffffff;
 
-/// As glm has them, to the last bit.
+/// Rotates a vector with the same bits as glm.
 INLINE Vec<Lane> turned(Qua<Lane> q, Vec<Lane> v) {
   const Vec<Lane> u{q.x, q.y, q.z}, uv = cross(u, v);
   return v + 2.0 * (q.w * uv + cross(u, uv));
@@ -24,11 +24,11 @@ class LaneCableLaws {
     near_ = kAtLength * size_, least_ = -1.0 * yield_ * near_;
   }
 
-  /// Whether the equations of a lane need more than a row for a cable.
+  /// Whether the equations of a lane need more than one row for a cable.
   bool is_alone(std::size_t l) const { return alone_[l]; }
 
  protected:
-  /// All bits of a lane set, or none.
+  /// Per lane, all bits set or none.
   using Mask = decltype(Lane{} < Lane{});
 
   std::size_t count() const { return all_.ties->count; }
@@ -52,11 +52,11 @@ class LaneCableLaws {
     return some != 0;
   }
   static INLINE Lane ones(Mask mask) { return choose(mask, all<Lane>(1), all<Lane>(0)); }
-  /// How much too long a cable is at the iterate, m.
+  /// m: stretch of a cable at the iterate, negative if slack.
   static INLINE Lane over_of(const double* k) {
     return length_of(vec<Lane>(k, kCableNow)) - num<Lane>(k, kCableLength);
   }
-  /// Arms from the own joint, and d, at the iterate.
+  /// Updates arms and d at the iterate.
   void look_at(std::size_t n) {
     double* const k = at(n);
     const auto moved = [&](std::uint32_t c, std::size_t side) {
@@ -76,7 +76,7 @@ class LaneCableLaws {
     const auto pushes = pull * num<Lane>(k, kCableSoftness) < least_;
     const auto too_long = over_of(k) > near_;
     const Lane kinds = num<Lane>(k, kCableKind), waits = num<Lane>(k, kCableFollowed);
-    // One that is followed stays slack until its length: its sum is no kind of a slack one.
+    // A followed cable stays slack until it reaches its length: its sum is not kSlackTie.
     return ((kinds == kTautTie) & pushes) | ((kinds + waits == kSlackTie) & too_long);
   }
   void change(std::size_t n, std::size_t l) const {
@@ -103,7 +103,7 @@ class LaneCableLaws {
     }
     return any > 0.5;
   }
-  /// Whether the impulse of an elastic cable is not that of its length at the iterate.
+  /// Whether the impulse of an elastic cable has not converged to that of its length.
   Mask is_not_followed(std::size_t n, Lane h) const {
     const double* const k = at(n);
     const CableLoad<Vec<Lane>, Lane> now = load_of(n, h);
@@ -112,11 +112,11 @@ class LaneCableLaws {
     const Lane stiffness = length_of(times_columns(direction_of(span_of(k)), now.derivative));
     const Lane off = response * length_of(now.mu - vec<Lane>(k, kCableMu));
     const Lane bound = kFollowed * size_ * (1.0 + response * stiffness);
-    // What is no number is not followed.
+    // NaN counts as not converged.
     return choose(bound >= off, all<Lane>(0), all<Lane>(1)) > 0.5;
   }
 
-  /// The row of a cable: see taut_rows and elastic_rows.
+  /// Writes the row of a cable: see taut_rows and elastic_rows.
   void put_row(std::size_t n) {
     double* const k = at(n);
     const Lane turning = 0.5 * num<Lane>(k, kCableAcross) * num<Lane>(k, kCableResponse);
@@ -152,8 +152,8 @@ class LaneCableLaws {
   const ConservingLanes& all_;
   LaneTables& t_;
   Lane size_ = all<Lane>(1), mass_ = all<Lane>(1), yield_ = all<Lane>(1);  // of each island
-  Lane near_ = all<Lane>(0);   // m: a cable is at its length
-  Lane least_ = all<Lane>(0);  // m: by which one that pulls gives way at least
+  Lane near_ = all<Lane>(0);   // m: tolerance of a cable's length
+  Lane least_ = all<Lane>(0);  // m: a taut cable pushes if compliance times impulse is below
   bool alone_[kWide] = {};
 };
 

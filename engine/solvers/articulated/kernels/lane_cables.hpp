@@ -1,7 +1,7 @@
 #pragma once
-/// Cables of islands side by side in a step by the energy-momentum method: what the hooks of
-/// conserving_ties.cpp do for one island, an island in each lane. Lanes whose equations need more
-/// than a row for a cable fail, and are stepped alone.
+/// Cables in a step by the energy-momentum method, vectorised over islands, one per lane: the
+/// counterpart of the hooks of conserving_ties.cpp. Lanes whose equations need more than one row
+/// for a cable fail, and are stepped alone.
 #include "engine/solvers/articulated/kernels/lane_response.hpp"
 
 namespace pantin::detail::articulated {
@@ -11,7 +11,7 @@ class LaneCables : public LaneResponse {
  public:
   using LaneResponse::LaneResponse;
 
-  /// Before an elimination: what the cables add to the blocks, at the iterate.
+  /// Before an elimination: adds the cables to the blocks, at the iterate.
   void load(Lane h) {
     for (std::size_t n = 0; n < kTieBlock * t_.count; ++n)
       store(room_.blocks + n * kWide, all<Lane>(0));
@@ -49,7 +49,7 @@ class LaneCables : public LaneResponse {
     }
   }
 
-  /// After it: how the cables answer.
+  /// After an elimination: solves for the impulses of the cables.
   void correct(bool (&fails)[kWide]) {
     for (std::size_t n = 0; n < count(); ++n) {
       write(at(n) + kCableActs * kWide, ones(tie(n).stretches ? stretched(n) : taut(n)));
@@ -67,7 +67,7 @@ class LaneCables : public LaneResponse {
     if (any) add_joint_impulses(1.0);
   }
 
-  /// Where iterations have converged: which of those that are near have nothing left to change.
+  /// After convergence: clears `near` in lanes in which a cable still has to change.
   void settle(Lane h, bool (&near)[kWide]) {
     for (std::size_t n = 0; n < count(); ++n) {
       look_at(n);
@@ -80,7 +80,7 @@ class LaneCables : public LaneResponse {
     }
   }
 
-  /// After the iterations: whether the step of a lane can be taken so.
+  /// After the iterations: whether the step of a lane is accepted.
   bool accept(Lane h, std::size_t l, double& released) {
     const LaneIsland& own = island(l);
     double most = 0, work = 0;
@@ -97,7 +97,7 @@ class LaneCables : public LaneResponse {
     return most <= kAccepted * own.size && !own.ends_early(own.context);
   }
 
-  /// Velocities at the end, as the cables allow them, of the lanes wanted.
+  /// Projects the end velocities of the wanted lanes to those that the cables allow.
   void project(const bool (&wanted)[kWide], bool (&fails)[kWide]) {
     Solve solve{LaneArms::end, all<Lane>(0)};
     for (std::size_t l = 0; l < kWide; ++l) solve.asked[l] = wanted[l] && !strikes(l);
@@ -113,7 +113,7 @@ class LaneCables : public LaneResponse {
       for (std::size_t r = 0; r < rows_; ++r) {
         const double* const k = at(row(r));
         const Vec<Lane> mu = gain(r) * vec<Lane>(k, kCableDirection);
-        // The impulses of the projection count in the mean over the step.
+        // Half of the projection's impulses counts in the mean over the step.
         const Lane work = dot(mu, vec<Lane>(k, kCableVelocity));
         for (std::size_t l = 0; l < kWide; ++l)
           if (solve.asked[l] > 0.5 && acts(row(r), l)) *island(l).place_work -= work[l];
@@ -125,7 +125,7 @@ class LaneCables : public LaneResponse {
   }
 
  private:
-  /// A blow, of one island alone: its tables are lent what it needs.
+  /// An impact, of one island alone: copies the lane to the island's own tables and back.
   bool strike(std::size_t l) {
     const LaneIsland& own = island(l);
     for (std::size_t c = 0; c < t_.count; ++c) {

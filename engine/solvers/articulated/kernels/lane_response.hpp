@@ -1,13 +1,13 @@
 #pragma once
-/// Cables of islands side by side: how the bodies answer their impulses, as tie_response.cpp has it
-/// for one island. A cable that acts in any lane has a row in all of them; each lane solves those
-/// of its own.
+/// Response of the bodies to impulses of cables, vectorised over islands; tie_response.cpp is the
+/// code for one island. A cable that acts in any lane has a row in all lanes; in the other lanes
+/// that row is trivial.
 #include "engine/solvers/articulated/kernels/lane_cable_laws.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
 
-/// By rows, as factors of ties and nodes have them.
+/// A 3 x 3 matrix by rows, as in the factors of ties and in nodes.
 struct MatrixRows {
   Vec<Lane> x, y, z;
 };
@@ -18,7 +18,7 @@ INLINE Vec<Lane> mul(Vec<Lane> v, const MatrixRows& m) {
   return (v.x * m.x + v.y * m.y) + v.z * m.z;
 }
 
-/// Rows of what passes along a path from a cable to the root.
+/// Rows of the quantities accumulated along a path from a cable to the root: see TiePassing.
 enum LanePassing : std::size_t {
   kPassedImpulse = 0,  // 3, likewise below
   kPassedTorque = 3,
@@ -34,7 +34,7 @@ class LaneResponse : public LaneCableLaws {
  public:
   using LaneCableLaws::LaneCableLaws;
 
-  /// Numbers of memory beyond the tables.
+  /// Workspace beyond the tables.
   struct Room {
     double *blocks, *factors, *impulses, *torques, *joints, *passing, *asked, *turns, *matrix;
     Room(LaneMemory& memory, const LaneTies& ties, std::size_t bodies) {
@@ -52,12 +52,12 @@ class LaneResponse : public LaneCableLaws {
   }
 
  protected:
-  /// What is solved for, and for which lanes.
+  /// The arms of the impulses, and the lanes that are solved.
   struct Solve {
     LaneArms arms;
     Lane asked;  // 1 for these, else 0
   };
-  // What the elimination left of a body: see BallNodes.
+  // Results of the elimination for a body: see BallNodes.
   INLINE MatrixRows factor(std::size_t c, std::size_t i) const {
     const double* f = t_.tie_factor_at(c);
     return {get_vec<Lane>(f, i), get_vec<Lane>(f, i + 3), get_vec<Lane>(f, i + 6)};
@@ -68,14 +68,14 @@ class LaneResponse : public LaneCableLaws {
     const double* n = t_.node_at(c);
     return {get_vec<Lane>(n, i), get_vec<Lane>(n, i + 4), get_vec<Lane>(n, i + 8)};
   }
-  /// Of the turn by a displacement of the own joint: the negative.
+  /// Minus the rotation per displacement of the own joint.
   INLINE MatrixRows minus_turn_y(std::size_t c) const { return of_node(c, kResponse); }
   INLINE MatrixRows force_y(std::size_t c) const { return of_node(c, kArticulatedMass); }
   INLINE Vec<Lane> reach(std::size_t c, LaneArms arms) const {
     return vec<Lane>(t_.work_at(c), arms == LaneArms::mean ? kMeanReach : kEndReach);
   }
 
-  /// What an impulse along the row of a cable turns on its path, and what the row asks there.
+  /// Fills the shares of a cable's row on its path: see TieShare.
   void fill_shares(std::size_t n, LaneArms arms) const {
     const double* const k = at(n);
     const TiePathStep* const path = all_.ties->paths + tie(n).path;
@@ -104,7 +104,7 @@ class LaneResponse : public LaneCableLaws {
       const double* const own = passing(i);
       const std::size_t on_path = tie(n).path + i;
       double* const turned = room_.turns + 3 * kWide * all_.ties->positions[on_path];
-      if (c >= t_.count) {  // the place of a free root
+      if (c >= t_.count) {  // the displacement of a free root
         set_vec(turned, 0, mul(inverse(force_y(c - t_.count)), get_vec<Lane>(own, kPassedImpulse)));
         set_vec(room_.asked, 3 * on_path, get_vec<Lane>(own, kPassedByMove));
         continue;
@@ -137,12 +137,12 @@ class LaneResponse : public LaneCableLaws {
             {e02 * per, -(e12 * per), e22 * per}};
   }
 
-  /// The matrix of the cables' rows.
+  /// Fills the matrix of the cables' rows.
   void fill_matrix(LaneArms arms) {
     for (std::size_t r = 0; r < rows_; ++r) fill_shares(row(r), arms);
     const LaneTies& ties = *all_.ties;
     std::uint32_t* const rows = all_.tie_rows + 2 * count();
-    // What cables that do not act answer goes to a column of its own.
+    // The response to inactive cables goes to an extra column.
     for (std::size_t k = 0; k < ties.steps; ++k) {
       const std::uint32_t s = row_of_tie(ties.tie_at[k]);
       rows[k] = s == kNoColumn ? static_cast<std::uint32_t>(rows_) : s;
@@ -183,8 +183,8 @@ class LaneResponse : public LaneCableLaws {
     return tie(n).a != kNoColumn ? of_b - of(tie(n).a, 0) : of_b;
   }
 
-  /// Solves for the impulses of the cables that act, and moves the bodies by them. False where none
-  /// does.
+  /// Solves for the impulses of the active cables, and adds their motion to the bodies. False if no
+  /// cable is active.
   bool answer(const Solve& solve, bool (&fails)[kWide]) {
     rows_ = 0;
     for (std::size_t n = 0; n < count(); ++n) {
@@ -200,7 +200,7 @@ class LaneResponse : public LaneCableLaws {
     respond(solve.arms);
     return true;
   }
-  /// What is a cable's own, with its softness if it has none yet.
+  /// Adds a cable's own diagonal entry and right-hand side; sets its compliance if unset.
   void complete_row(std::size_t r, const Solve& solve) {
     const std::size_t n = row(r);
     double* const k = at(n);
@@ -219,8 +219,8 @@ class LaneResponse : public LaneCableLaws {
     const Lane right = num<Lane>(k, kCableRight) - dot(change_of(n), vec<Lane>(k, kCableBy));
     write(k + kCableRight * kWide, right);
   }
-  /// Solves the equations of all lanes, with the pivots on the diagonal; see Pivot::diagonal.
-  /// What does not act in a lane has an equation of its own there.
+  /// Solves the equations of all lanes, with diagonal pivots; see Pivot::diagonal. A cable that is
+  /// inactive in a lane has the row and column of an identity there.
   void solve_lanes(const Solve& solve) {
     Lane ok = all<Lane>(1);
     for (std::size_t r = 0; r < rows_; ++r) {
@@ -266,12 +266,13 @@ class LaneResponse : public LaneCableLaws {
     }
     for (std::size_t l = 0; l < kWide; ++l)
       alone_[l] = alone_[l] || (solve.asked[l] > 0.5 && ok[l] < 0.5);
-    // What is not wanted may be no number.
+    // Unwanted lanes may hold NaN.
     for (std::size_t r = 0; r < rows_; ++r)
       store(gain_at(r), choose(wanted(solve, row(r)) & (ok > 0.5), gain(r), all<Lane>(0)));
   }
 
-  /// The motion of the bodies by the impulses found; see respond in tie_response.cpp.
+  /// Adds the response to the impulses to the motion of the bodies; see respond in
+  /// tie_response.cpp.
   void respond(LaneArms arms) {
     const std::int32_t* const parents = all_.islands[0].view.parents;
     for (std::size_t i = 0; i < 3 * t_.count; ++i)
@@ -318,7 +319,7 @@ class LaneResponse : public LaneCableLaws {
       put(m, kMove, vec<Lane>(m, kMove) + y), put(m, kTurnBy, vec<Lane>(m, kTurnBy) + turn);
     }
   }
-  /// What the cables' impulses add to those at the joints.
+  /// Adds the response to the cables' impulses to the impulses at the joints.
   void add_joint_impulses(double share) {
     for (std::size_t c = 0; c < t_.count; ++c) {
       double* const m = t_.memory_at(c);

@@ -1,11 +1,11 @@
 #pragma once
-/// Tables of islands side by side: a row of kWide numbers for each number of an island.
+/// Tables of a batch of islands: kWide numbers for each number of one island.
 #include "engine/solvers/articulated/kernels/rows.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
 
-/// Rows of the state at the start of a part of a step, velocities after half the drag.
+/// Rows of the state at the start of a substep; velocities after half the drag.
 enum LaneStart : std::size_t {
   kStartPosition = 0,                   // 3
   kStartVelocity = kStartPosition + 3,  // 3
@@ -15,7 +15,7 @@ enum LaneStart : std::size_t {
   kStartRows
 };
 
-/// Hands out memory; without any it only counts.
+/// Hands out memory; with a null pointer it only counts.
 struct LaneMemory {
   double* free;
   std::size_t used = 0;
@@ -29,9 +29,9 @@ struct LaneMemory {
 struct LaneTables {
   double *constants, *memory_rows, *work_rows, *nodes, *starts;
   double *targets, *ways, *anchor_velocities;
-  double *tie_blocks, *tie_factors;  // where there are ties
+  double *tie_blocks, *tie_factors;  // null without ties
   std::size_t count, trees;
-  Lane running = all<Lane>(1);  // 1 where the iterations of an island go on, else 0
+  Lane running = all<Lane>(1);  // 1 while an island iterates, else 0
 
   void lay_out(LaneMemory& memory, std::size_t bodies, std::size_t roots) {
     count = bodies, trees = roots;

@@ -5,8 +5,7 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Four bodies with a given angular momentum: their rotations, and the inverse of their principal
-/// moments.
+/// Four bodies of given angular momentum l: their rotations, and their inverse principal moments.
 struct FreeTurn {
   Vec<Four> l;
   Qua<Four> q;

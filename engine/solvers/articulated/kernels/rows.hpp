@@ -1,12 +1,12 @@
 #pragma once
-/// Three rows of a 3x3 matrix, each followed by the component of a vector: of numbers, or of
-/// several side by side.
+/// Three rows of a 3x3 matrix, each followed by the component of a vector: scalar, or vectorised
+/// over islands.
 #include "engine/solvers/articulated/kernels/table.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
 
-/// A row of numbers is a vector of the machine; of numbers side by side, four of these.
+/// A scalar row is one SIMD vector; a vectorised row is four SIMD vectors.
 template <class F>
 struct LaneRow {
   F at[4];
@@ -51,7 +51,7 @@ INLINE LaneRow<F> row_of(F a, F b, F c, F d) {
   return {{a, b, c, d}};
 }
 
-/// Consecutive numbers from `p`, each of them a number or several side by side.
+/// Consecutive numbers from `p`: scalars, or SIMD vectors.
 template <class N>
 INLINE double* number_at(double* p, std::size_t i) {
   return p + i * kNumbersIn<N>;

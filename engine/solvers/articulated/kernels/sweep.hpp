@@ -1,5 +1,5 @@
 #pragma once
-/// Adjust stage, the sweep: from the root to the leaves every joint is closed.
+/// Adjust stage, the sweep: closes every joint from the root to the leaves.
 #include "engine/solvers/articulated/kernels/geometry.hpp"
 
 namespace pantin::detail::articulated {
@@ -14,7 +14,7 @@ struct Carry {
     return v + (a * t + b * cross(u, t));
   }
 };
-/// By a quaternion (u, w) of any length.
+/// The rotation by a quaternion (u, w) of any length.
 INLINE Carry carry_by(Qua<double> q) {
   const double s = 2 / (q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
   return {{q.x, q.y, q.z}, s * q.w, s};

@@ -43,7 +43,7 @@ INLINE void write(double* p, Eight v) { store(p, v); }
 INLINE void write(double* p, double v) { *p = v; }
 INLINE void write(double* p, Four v) { store(p, v); }
 
-/// Numbers from a row of a table to the next.
+/// Distance between rows of a table, in numbers.
 template <class T>
 inline constexpr std::size_t kStride = kNumbersIn<T> == 1 ? kLanes : kNumbersIn<T>;
 
@@ -109,14 +109,14 @@ struct FourBodies {
   }
 };
 
-/// No state is left in columns that belong to no body.
+/// Clears the state in padding columns.
 INLINE void clear_padding(const IslandView& p) {
   for (std::size_t i = p.count; i % kLanes != 0; ++i)
     for (std::size_t row = 0; row < kMemoryRows; ++row)
       column(p.memory, kMemoryRows, i)[row * kLanes] = 0;
 }
 
-/// World vector of principal `moments` times the body-frame part of v: I v or its like.
+/// Multiplies v, in world axes, by a tensor of principal `moments`: the inertia or its inverse.
 template <class F>
 INLINE Vec<F> times_inertia(Qua<F> q, Vec<F> moments, Vec<F> v) {
   const Vec<F> b = rotated(back(q), v);

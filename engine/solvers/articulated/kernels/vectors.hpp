@@ -1,9 +1,9 @@
 #pragma once
-/// Vectors, quaternions and symmetric matrices of a number, or of four side by side, and the maps
-/// between rotations and rotation vectors.
+/// Vectors, quaternions and symmetric matrices, scalar or SIMD, and the maps between rotations and
+/// rotation vectors.
 ///
-/// Like all files beside it part of kernels.cpp, which is compiled once per instruction set:
-/// nothing in them has a name that another unit could share.
+/// Like all files of this folder part of kernels.cpp, which is compiled once per instruction set:
+/// nothing in them has external linkage.
 #include <math.h>
 
 #include "engine/base/lanes.hpp"
@@ -16,7 +16,7 @@ namespace {
 INLINE Four load(const double* p) { return load_four(p); }
 INLINE void store(double* p, Four v) { store_four(p, v); }
 INLINE Four root(Four x) { return Four{::sqrt(x[0]), ::sqrt(x[1]), ::sqrt(x[2]), ::sqrt(x[3])}; }
-/// Numbers side by side.
+/// Numbers in a scalar or SIMD vector.
 template <class T>
 inline constexpr std::size_t kNumbersIn = 1;
 template <>
@@ -33,7 +33,7 @@ using Lane = Eight;
 #else
 using Lane = Four;
 #endif
-/// Islands side by side.
+/// Islands per SIMD vector.
 inline constexpr std::size_t kWide = kNumbersIn<Lane>;
 /// The same number in all lanes.
 template <class F = Four>
@@ -53,7 +53,7 @@ INLINE bool any_not_below(F x, double bound) {
   return every == 0;
 }
 
-/// Vectors and quaternions of T: a scalar, or the values of four bodies.
+/// Vectors and quaternions of T: a scalar or a SIMD vector.
 template <class T>
 struct Vec {
   T x, y, z;
@@ -126,7 +126,7 @@ template <class F>
 INLINE Qua<F> unit(Qua<F> q) {
   return scaled(1.0 / root(norm2(q)), q);
 }
-/// The same for a quaternion that is normalised up to rounding: no root, no division.
+/// The same for a quaternion that is normalised up to rounding, without root and division.
 template <class F>
 INLINE Qua<F> unit_again(Qua<F> q) {
   const F off = norm2(q) - 1.0, nearly = (0.375 * off - 0.5) * off + 1.0;
@@ -144,10 +144,10 @@ INLINE Qua<F> chosen(Mask mask, Qua<F> yes, Qua<F> no) {
           choose(mask, yes.w, no.w)};
 }
 
-// What follows depends in each lane on that lane only, whichever way the others take.
+// Below, each lane depends on that lane only, whichever branch the others take.
 
-/// cos(a/2) and sin(a/2)/(a/2) of four angles up to 1 rad, from t = (a/2)^2. Taylor series, in
-/// pairs so that the additions do not wait for one another.
+/// cos(a/2) and sin(a/2)/(a/2) of angles up to 1 rad, from t = (a/2)^2. Taylor series, summed in
+/// pairs to shorten the chain of dependent additions.
 template <class F>
 INLINE F cosine_of(F t) {
   const F t2 = t * t, t4 = t2 * t2;
@@ -188,8 +188,8 @@ INLINE Qua<F> exponential(Vec<F> r) {
   return chosen(t < 0.25, by_series, q);
 }
 
-/// A quarter of the angle from its tangent in [0, 1]: atan by the rational approximation of the
-/// Cephes library, which holds to 0.66, and beyond from a quarter of pi.
+/// atan of a tangent in [0, 1], by the rational approximation of the Cephes library; above 0.66 by
+/// the reduction from a quarter of pi.
 template <class F>
 INLINE F arc_tangent(F t) {
   const auto large = t > all<F>(0.66);
@@ -210,7 +210,7 @@ INLINE F arc_tangent(F t) {
 }
 
 /// The shortest rotation vector of a unit quaternion: 2 asin(n)/n times its vector part, by the
-/// series up to 0.4 rad, beyond by the tangent of a quarter of the angle.
+/// series up to 0.4 rad, above that by the tangent of a quarter of the angle.
 template <class F>
 INLINE Vec<F> logarithm(Qua<F> q) {
   const F sign = choose(q.w < 0.0, all<F>(-1.0), all<F>(1.0));

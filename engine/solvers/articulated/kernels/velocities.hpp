@@ -1,5 +1,5 @@
 #pragma once
-/// Velocities from the final poses, alone or together with the sweep.
+/// Velocities from the final poses, alone or in one loop with the sweep.
 #include "engine/solvers/articulated/kernels/predict.hpp"
 #include "engine/solvers/articulated/kernels/sweep.hpp"
 
@@ -34,9 +34,9 @@ struct VelocityUpdate {
     put(m, kLastTranslation, translation), put(m, kLastRotation, turned_by);
   }
 
-  /// Differences of rotation vectors would lose an order of accuracy: the rotation caused by the
-  /// joints is an impulse on the predicted angular momentum. Of a large rotation the rate is
-  /// bounded, the impulse is not.
+  /// Treats the rotation by the joints as an impulse on the predicted angular momentum: differences
+  /// of rotation vectors would lose an order of accuracy. Large rotations use their mean rate,
+  /// which is bounded; the impulse is not.
   INLINE Vec<Four> kept_spin(std::size_t i, Qua<Four> q, Vec<Four> turned_by) {
     constexpr double kLarge = 0.5;  // rad
     const Vec<Four> moments = vec<Four>(column(p.constants, kConstantRows, i), kInertia);
@@ -80,8 +80,8 @@ bool update_velocities(const IslandView& p, const VelocityInput& in) {
   });
 }
 
-/// The sweep is sequential; vector work on neighbouring blocks hides its latency. The next
-/// block is prepared and the previous one gets poses and velocities, one job per body.
+/// The sweep is sequential; vector work on neighbouring blocks hides its latency: one job per body
+/// prepares the next block, or computes poses or velocities of the previous one.
 template <bool chain, class Rotate, class Prepare, class Block>
 INLINE void walk_and_update(const Rotate& rotate, const double* targets,
                             const Prepare& prepare_block, Block& update_block) {
