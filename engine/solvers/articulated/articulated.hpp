@@ -1,7 +1,7 @@
 #pragma once
-/// The articulated solver: joints closed in linear time, energy and momentum kept in free motion,
-/// impulses in substeps where bodies touch, and the rules of [Lee 2000]. See README.md beside this
-/// file.
+/// The articulated solver: joints closed in linear time, conservation of energy and momentum in
+/// free motion, impulses in substeps for bodies in contact, and the rules of [Lee 2000]. See
+/// README.md.
 #include "engine/contact/memory.hpp"
 #include "engine/solvers/articulated/island.hpp"
 
@@ -27,13 +27,13 @@ void find_reaches(const World& world, Real h, std::span<Real> reach);
 bool all_asleep(const World& world);
 /// Whether this solver moves the body in a slot.
 bool is_own(const World& world, std::uint32_t slot);
-/// Assigns the detected contacts to their islands; what they wake is awake.
+/// Assigns the detected contacts to their islands, and wakes islands.
 void take_contacts(World& world, Real h);
-/// The same once more: what wakes besides brings its contacts.
+/// Assigns again, after more islands woke, whose contacts are added.
 void assign_contacts(World& world, Real h);
 
-/// Bodies and trees in contact with fixed bodies and with one another (step_group.cpp): finds which
-/// they are, after the contacts were assigned, and steps them with their contacts.
+/// Bodies and trees in contact with fixed bodies and with one another (step_group.cpp): finds the
+/// groups, after the contacts were assigned, and steps them with their contacts.
 void plan_contact_groups(World& world, Real h);
 void step_contact_groups(World& world, const StepTask& task);
 
@@ -42,11 +42,11 @@ void step_contact_groups(World& world, const StepTask& task);
 /// one of them.
 bool adjust(World& world, Island& a, Real h, Entity& lost);
 
-/// N for each kg m of a multiplier of the last step; 0 where the solver "auto" took none since the
-/// World was built or copied.
+/// Factor from multipliers of the last step, kg m, to forces, N; 0 if the solver "auto" took no
+/// step since the World was built or copied.
 Real force_per_lambda(const Island& a);
-/// What the joint between a column and its parent, limits included, did to the column's body in the
-/// last step, world axes; without drives and soft zones.
+/// Reaction on the column's body from the joint to its parent in the last step, world axes;
+/// includes limits, without drives and soft zones.
 struct JointLoad {
   Vec3 force{0};   // N
   Vec3 torque{0};  // N m, about the joint point

@@ -1,4 +1,4 @@
-// State that an island keeps when the islands are compiled again.
+// Keeps the state of islands when the islands are compiled again.
 #include <algorithm>
 
 #include "engine/solvers/articulated/internal.hpp"
@@ -6,7 +6,7 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Slots of trees, holds and cables, from an island to one compiled from the same components.
+/// Copies slots of trees, pins and cables from an island to one compiled from the same components.
 void copy_slots(const IslandMemory& from, IslandMemory& to) {
   PANTIN_ASSERT(to.trees.size() <= from.trees.size() && to.pins.size() <= from.pins.size());
   PANTIN_ASSERT(to.cables.size() <= from.cables.size());
@@ -91,8 +91,7 @@ struct Unchanged {
   }
 };
 
-/// The island of the last build, with the present slots, laws of joints, drags and shares of
-/// gravity.
+/// The island of the last build, with the current slots, joint laws, drags and gravity scales.
 Island renumbered(Island old, Island& made) {
   PANTIN_ASSERT(old.count() == made.count() && old.joint_memory.size() == made.joint_memory.size());
   copy_slots(made, old);
@@ -101,7 +100,7 @@ Island renumbered(Island old, Island& made) {
   return old;
 }
 
-/// Islands that are built as they were go on as they were.
+/// Keeps the state of islands whose structure is unchanged.
 void keep_unchanged(World& world, std::vector<Island>& before, std::vector<Island>& made) {
   const bool edited = world.edit_count != partition_of(world).edit_count;
   std::vector<std::uint32_t> at(world.bodies.size(), kNoSlot);  // by slot of the first body
@@ -168,7 +167,7 @@ void carry_memory(const std::vector<Island>& before, const World& world,
   }
 }
 
-/// By slot: whether a joint, a cable or a pin is at the body.
+/// By slot: whether a joint, a cable or a pin is attached to the body.
 std::vector<std::uint8_t> list_tied(const World& world) {
   std::vector<std::uint8_t> tied(world.bodies.size(), 0);
   const auto tie = [&](Entity e) {
@@ -180,7 +179,7 @@ std::vector<std::uint8_t> list_tied(const World& world) {
   return tied;
 }
 
-/// Whether an island of one free body is as it was.
+/// Whether an island of one free body is unchanged.
 bool is_as_before(const World& world, const IslandPlan& plan, const Island& a) {
   if (a.count() != 1 || plan.slots.size() != 1 || a.unfit || plan.unfit) return false;
   const std::uint32_t slot = plan.slots.front();
@@ -196,7 +195,7 @@ bool is_as_before(const World& world, const IslandPlan& plan, const Island& a) {
 
 std::size_t keep_first(World& world, std::span<const IslandPlan> plans, std::vector<Island>& list) {
   Partition& partition = world.memory.of<Partition>();
-  if (world.edit_count != partition.edit_count) return 0;  // who sleeps has to wake
+  if (world.edit_count != partition.edit_count) return 0;  // sleeping islands have to wake
   const std::vector<std::uint8_t> tied = list_tied(world);
   std::size_t kept = 0;
   for (; kept < std::min(plans.size(), list.size()); ++kept) {

@@ -1,4 +1,4 @@
-// Which islands contacts are of.
+// Assigns contacts to islands.
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
@@ -11,8 +11,8 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// What may add to the predicted displacement of any body of an island in one step, m: its moving
-/// anchors, and gravity.
+/// Margins on the predicted displacement of any body of an island in a step, m: its moving anchors,
+/// and gravity.
 struct Margin {
   Real anchors = 0, gravity = 0;
 };
@@ -86,7 +86,7 @@ namespace {
 /// One of the two bodies of a contact.
 enum class ContactBody : std::uint8_t { a, b };
 
-/// Assigns a contact to the island of one of its bodies, which wakes where a body approaches.
+/// Assigns a contact to the island of one of its bodies, which wakes if a moving body touches it.
 void take_contact(World& world, std::uint32_t contact, ContactBody which, Real h) {
   const bool is_a = which == ContactBody::a;
   const Contact& c = contacts_of(world)[contact];
@@ -97,7 +97,7 @@ void take_contact(World& world, std::uint32_t contact, ContactBody which, Real h
   PANTIN_ASSERT(at.solver == kArticulated && at.column < a.count());
   const Body& b = world.bodies.values()[c.slot_b];
   const bool comes = !mutual && (contact::moves(b) || b.restart || b.teleport);
-  const bool runs = c.active && c.surface_velocity != Vec3(0);  // a belt under it
+  const bool runs = c.active && c.surface_velocity != Vec3(0);  // a moving surface
   if (a.asleep && (comes || runs)) wake(world, a, h);
   if (a.asleep && a.scratch.contact_rows.empty())
     world.memory.of<Islands>().rest.touched.push_back(at.island);

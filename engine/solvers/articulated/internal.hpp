@@ -15,16 +15,16 @@ namespace pantin::detail::articulated {
 /// The island as seen by the kernels.
 IslandView view_of(World& world, Island& a);
 
-/// Asserts how an island is packed, and a group gathered; nothing where builds are not checked
+/// Asserts the invariants of a packed island, and of a gathered group; no code in unchecked builds
 /// (invariants.cpp).
 void assert_packed(const Island& a);
 void assert_gathered(const Group& g);
 
-/// The end of compile(): the state of the previous islands is carried over to those made from the
-/// same bodies. Islands that are built as they were go on as they were.
+/// The end of compile(): carries the state of the previous islands over to those made from the same
+/// bodies. Islands of unchanged structure keep their whole state.
 void carry_over(World& world, std::vector<Island>& before, std::vector<Island>& made);
-/// Before it: leaves the first islands where they are, as far as they are free bodies about which
-/// nothing has changed, and returns how many. What is added to a World comes after them.
+/// Before it: keeps the leading islands that are unchanged free bodies, and returns their number.
+/// Bodies added to a World come after them.
 std::size_t keep_first(World& world, std::span<const IslandPlan> plans, std::vector<Island>& list);
 
 /// Poses of the packed bodies: rows of the work table.
@@ -47,7 +47,7 @@ void predict_motion(World& world, Island& a, Real h);
 bool must_wake(const World& world, const Island& a);
 /// Wakes those islands that the caller, an anchor or gravity wakes.
 void wake_changed(World& world, const StepTask& task);
-/// The lists of what sleeps, brought up to date.
+/// Updates the lists of awake and sleeping islands.
 RestLists& rest_lists(World& world);
 /// Calls `each(island)` for the islands that were awake in the step.
 template <class Each>
@@ -61,20 +61,20 @@ void each_awake(const World& world, const Each& each) {
 /// The prediction of an island that does not move, for contact detection.
 void predict_still(const World& world, Island& a);
 void fall_asleep(World& world, Island& a);
-/// Whether an island has stayed where it is for a second, or creeps, though an arm of it may sway;
-/// once a step.
+/// Whether an island has stayed in place for a second, or creeps; less than half of its mass may
+/// sway. To be called once a step.
 bool has_rested(const World& world, Island& a, Real h);
 inline constexpr Real kTimeToSleep = 0.5;  // s
 /// rad/s of sleep speed per m/s.
 inline constexpr Real kTurning = 10;
-/// Awake, and as if it had moved just now.
+/// Wakes an island and resets its quiet time.
 void rouse(World& world, Island& a);
-/// Where an island stands among the targets of this step: of roots and pins (predict.cpp).
+/// Sets the targets of roots and pins for this step (predict.cpp).
 void set_targets(const World& world, Island& a, Real h);
 
-/// One group in contact over a step (step_group.cpp): bodies that are free or in trees first, then
-/// the fixed and kinematic ones. Contacts hold mean forces before and after.
-/// Contacts by group, bodies of each group with the fixed ones that it touches (gather_groups.cpp).
+/// Gathers contacts by group, and each group's bodies with the fixed ones that it touches
+/// (gather_groups.cpp). step_group() takes a step of one group (step_group.cpp): dynamic bodies
+/// come first, then fixed and kinematic ones; contacts hold mean forces before and after.
 void gather_groups(const World& world, GroupScratch& r, Real h);
 void step_group(const Group& g, Real h);
 Mat3 inverse_inertia(const GroupBody& b, Quat rotation);
@@ -91,109 +91,107 @@ bool close_joints(World& world, Island& a, Real h);
 /// Whether any tree has no anchor.
 bool has_free_tree(const Island& a);
 
-/// A step by the rules of the paper (step.cpp): joints are closed by sweeps, several held points by
-/// relaxation. `auto` takes it where its own methods find no step, and limits the energy. False if
-/// a body is lost, which `lost` then names.
+/// A step by the rules of the paper (step.cpp): sweeps close joints, relaxation closes several
+/// pins. `auto` uses it if its own methods find no step, and limits the energy. False if a body is
+/// lost, which `lost` then names.
 bool close_by_sweeps(World& world, Island& a, Real h, Entity& lost);
 
-/// The energy-momentum method (conserving.cpp). Whether the island can be stepped by it: pins and
-/// loops are nearly closed, and no limit is far exceeded.
+/// The energy-momentum method (conserving.cpp). Whether it can step the island: see can_limit() and
+/// can_tie(); not directly after a step in which it failed.
 bool conserves(const World& world, const Island& a);
 /// The whole step. False if a body is lost, which `lost` then names.
 bool step_conserving(World& world, Island& a, Real h, Entity& lost);
-/// Loops, spring pins and elastic cables in that method (conserving_ties.cpp). Whether it can take
-/// those of the island: cables are not far too long, no exact pin but the root's is there, since
-/// those jump and may be out of reach, and loops are nearly closed.
+/// Loops, pins and cables in that method (conserving_ties.cpp). Whether it can step those of the
+/// island: not too many ties, exact pins in reach, inextensible cables near their lengths.
 bool can_tie(const World& world, const Island& a);
 inline constexpr std::size_t kMostTies = 200;
-/// Part of the island's size: wider open, a tie is closed by the sweeps of the other rules.
+/// Fraction of the island's size: sweeps close ties with larger errors.
 inline constexpr Real kNearTie = 0.1;
-/// A rigid tie gives way by this part of the motion that its impulse makes in the step.
+/// Compliance of a rigid tie, as a fraction of the motion by its impulse in the step.
 inline constexpr Real kTieSoftness = 1e-7;
 std::size_t tie_count(const Island& a);
-/// At the start of a step: the gaps of rigid pins and loops, which the step closes evenly as if
-/// their places moved. Whether there are any.
+/// At the start of a step: finds the gaps of rigid pins and loops, which the step closes evenly, as
+/// if their targets moved. Returns whether there are any.
 bool begin_closing(const World& world, Island& a, Real h);
-/// The ties for a part of the step; their multipliers after it.
+/// Prepares the ties for a substep; stores their multipliers after it.
 void begin_ties(const World& world, Island& a, const StepPart& part);
 void store_ties(Island& a, const StepPart& part);
-/// Whether joints of the island close loops; whether these, or pins, are rigid.
+/// Whether rigid joints or pins close loops of the island; whether any tie is a rigid pin or loop.
 bool has_loops(const Island& a);
 bool has_rigid_pins(const Island& a);
-/// Whether no tie leads to a moving place; whether the energy of all of them is known: none is
-/// open; whether each leads from a tree to itself.
+/// Whether no tie is connected to a moving point; whether none has an open gap, so that its energy
+/// is known; whether each connects a tree to itself.
 bool ties_hold_still(const Island& a);
 bool ties_are_closed(const Island& a);
 bool ties_are_inner(const Island& a);
-/// Whether no joint is beyond its limits, or has a cone too narrow to be held on one side.
+/// Whether no joint exceeds its limits by more than rounding.
 bool can_limit(const World& world, const Island& a);
-/// Kernels::conserve with ties and joints that constrain rotations, for a part of the step.
+/// Kernels::conserve with ties and joints that constrain rotations, for a substep.
 struct TiedPart {
   const StepPart& part;
   Real units = 1;  // its length, in the shortest units of time
   bool may_end_early = true;
-  bool may_divide = true;  // where cones bend the way
+  bool may_divide = true;  // if gradients of cones rotate too far
   int iterations = 0;      // so far
   bool tautened = false;   // in the last one cables became taut
-  Real shorter = 0;    // it has to be taken again in so many units: a cable is taut, or a limit hit
-  Real longest = 1e9;  // units of the next one at most, as far as cones bend the way
-  bool inner = true;   // no tie leads to the world or to another tree
-  bool struck = false;  // cables pulled tight, or limits that were hit, took energy
-  Real place_work = 0, struck_work = 0;  // J, by moving places at the ties; of that, by blows
+  Real shorter = 0;     // units: to be repeated with this length, as a cable is taut or a limit hit
+  Real longest = 1e9;   // units of the next one at most, for gradients of cones
+  bool inner = true;    // no tie is connected to the world or to another tree
+  bool struck = false;  // impacts of cables or limits dissipated energy
+  Real place_work = 0, struck_work = 0;  // J, by moving points of ties; of that, by impacts
 };
 bool conserve_tied(World& world, Island& a, ConservingInput in, TiedPart& with);
-/// A step in parts: prepares the next one, which tells what the kernels need to know of it, and
-/// what ties do in it.
+/// A step in substeps: begin_part() prepares the next one and returns the input of the kernels;
+/// tied_part() returns that of its ties.
 PartedStep begin_parts(World& world, Island& a, Real h);
 ConservingInput begin_part(World& world, Island& a, PartedStep& step);
 TiedPart tied_part(const PartedStep& step);
 /// After PartedStep::taken is known.
 void end_part(World& world, Island& a, PartedStep& step, const TiedPart& with);
-/// All of that, for an island alone.
+/// Takes a whole substep of an island alone.
 void take_part(World& world, Island& a, PartedStep& step);
-/// After the last part. False if a body is lost, which `lost` then names.
+/// After the last substep. False if a body is lost, which `lost` then names.
 bool end_parts(World& world, Island& a, const PartedStep& step, Entity& lost);
-/// Before a step: the result of the last one.
+/// Before a step: clears the result of the last one.
 inline void forget_result(Island& a) { a.lost = Entity{}, a.energy_removed = 0, a.jammed = false; }
-/// Islands alike side by side (crowd.cpp): which are, when the structure has changed; their steps.
+/// Batches of islands of equal structure (crowd.cpp): finds them after a build; steps them.
 void find_crowds(const World& world, Islands& all);
 void step_crowds(World& world, const StepTask& task);
 void reserve_ties(Island& a);
 void reserve_tie_rows(Island& a);
-/// Joints that constrain rotations or exert torques in that method (conserving_joints.cpp): before
-/// the step; what passed through them in a part of it that was taken.
+/// Joints that constrain rotations or exert torques in that method (conserving_joints.cpp), before
+/// the step.
 void begin_joints(World& world, Island& a);
-/// Limits in that method (conserving_limits.cpp): those held in the last step; where they are at
-/// the start of a part; their multipliers after it.
+/// Limits in that method (conserving_limits.cpp): warm start from the last step; state at the start
+/// of a substep; multipliers after it. store_joints() stores torques after an accepted substep.
 enum class Blows : std::uint8_t { followed, within_part };
 void begin_limits(Island& a);
 void begin_limits(const World& world, Island& a, const StepPart& part, Blows blows);
 void store_limits(Island& a, std::size_t c, const StepPart& part);
 void store_joints(World& world, Island& a, const StepPart& part);
-/// Follows the angles of actuated joints after a step by any method.
+/// Updates the angles of actuated joints, full turns counted, after a step by any method.
 void count_turns(const World& world, Island& a);
-/// Whether a spring, friction or a motor acts along the coordinate of a joint; the coordinate, rad,
-/// within a turn.
+/// Whether a spring, friction or a motor acts along the coordinate of a joint.
 bool is_actuated(const PackedJoint& joint);
 const Dof& dof_of(const World& world, const Island& a, std::size_t c);
-/// Whether a joint has a drive, a motor or a spring: it may move without being pushed.
+/// Whether a joint has a drive, a motor or a spring: it may move without external forces.
 bool is_driven(const World& world, const Island& a, std::size_t c);
+/// The coordinate of a joint, rad, within one turn.
 Real coordinate_of(const PackedJoint& joint, Quat own, Quat parent);
-/// The same at the bodies' poses, turns counted.
+/// The same at the bodies' poses, full turns counted.
 Real angle_of(const World& world, const Island& a, std::size_t c);
 /// The angle that differs from `near` by less than half a turn.
 Real unwound(Real angle, Real near);
-/// The body of a joint whose drive, motor or the like has a number that is none, or none.
+/// The body of a joint whose drive, motor, spring or friction has an invalid value, if any.
 Entity find_unsound(const World& world, const Island& a);
-/// The axis of that coordinate in the joint's body a, by its rotation; the sign with which a torque
-/// along it turns the own body.
+/// The axis of that coordinate, world; the sign of the own body's rotation about it.
 Vec3 actuated_axis(const PackedJoint& joint, Quat own, Quat parent);
 inline Real sign_of(const PackedJoint& joint) { return joint.own_is_a ? -1 : 1; }
 /// Solves the n equations in tie_matrix for tie_solution, which holds the right-hand side, with
 /// complete pivoting (tie_equations.cpp). Dependent rows get no impulse. False if a number is not
 /// finite.
 bool solve_tie_equations(StepScratch& r, std::size_t n);
-/// The end of a step by any method (step.cpp): what the next step starts from.
+/// The end of a step by any method (step.cpp): stores the state that the next step starts from.
 void remember_step(World& world, Island& a, Real h);
 
 /// The matrix of the cross product v x.
@@ -203,11 +201,11 @@ Mat3 compliance_of(const Mat3& stiffness, const Vec3 (&free)[3], std::size_t cou
 /// Slot of the kinematic body that a root joint is attached to, or UINT32_MAX.
 std::uint32_t held_body_of(const Island& a, std::size_t c);
 
-/// The free directions, and the limits that are near enough to have a direction, of a joint at the
-/// given rotations of its bodies.
+/// The free directions of a joint, and its limits with their directions, at the given rotations of
+/// its bodies.
 FreeAxes free_axes(const PackedJoint& joint, Quat own, Quat parent);
 struct JointLimit {
-  Vec3 along{0};  // world: the own body turns this way, relative to its parent, towards the limit
+  Vec3 along{0};       // world: relative rotation of the own body about it approaches the limit
   Real clearance = 0;  // rad
   bool watched = false, both_ways = false;
 };
@@ -221,7 +219,7 @@ Quat parent_rotation(const World& world, const Island& a, std::size_t c, Work ro
 
 /// Contacts of a sleeping island keep their forces.
 void keep_sleeping_contacts(World& world, Island& a, Real h);
-/// Pushes bodies out of what this solver does not move, and closes their joints again
+/// Pushes bodies out of bodies that this solver does not move, and closes their joints again
 /// (procedural/push_out_trees.cpp).
 void push_out_trees(World& world, Island& a, Real h);
 /// Whether the joints between a pin and the root can span the distance to the root's target
@@ -271,21 +269,21 @@ inline Vec3 response_rotation(const Island& a, std::size_t c, Vec3 translation) 
 /// The literal rule, root to leaf, into the final poses.
 void literal_sweep(Island& a, Real h);
 
-/// A body that this solver does not move, a step before; a point of it.
+/// The pose of a body that this solver does not move, one step before; a point of it.
 Pose pose_before(const World& world, std::uint32_t slot, Real h);
 Vec3 point_before(const World& world, std::uint32_t slot, Vec3 anchor, Real h);
-/// Of steps that do not conserve energy (watch.cpp): the energy of an island before a step; whether
-/// the step raised it severalfold above that and what kinematic bodies and forces supplied
-/// (StepResult::grew). A step of `auto` gives back what is too much.
+/// Energy of steps that do not conserve it (watch.cpp). begin_watch() records it before a step.
+/// end_watch() tells if it grew severalfold beyond that and the work of kinematic bodies and forces
+/// (StepResult::grew). A step of `auto` has its excess energy removed.
 void begin_watch(const World& world, Island& a);
 void end_watch(World& world, Island& a, Real h);
-/// A step that closed gaps gets no energy by that.
+/// Removes the energy that closing gaps has added to a step.
 void end_closing(World& world, Island& a, Real h);
 
 /// Restores the momentum of free trees after the joints were closed (momentum.cpp).
 void repair_momentum(World& world, Island& a, Real h);
-/// The same for a tree whose bodies moved by the energy-momentum method: what its iterations left
-/// of the angular momentum is taken from the velocities, as one rigid rotation.
+/// The same for a tree after the energy-momentum method: corrects the residual angular momentum of
+/// its iterations by a rigid rotation of the velocities.
 void keep_angular_momentum(World& world, const Island& a, Tree& tree, Real h);
 /// Angular momentum of a tree about its mass centre.
 Vec3 angular_momentum(const World& world, const Island& a, const Tree& tree);

@@ -1,4 +1,4 @@
-// What all files of the solver take for granted of packed islands and of groups in contact.
+// Invariants of packed islands and of groups in contact, which all files of the solver rely on.
 #include "engine/base/invariants.hpp"
 
 #include <algorithm>
@@ -103,7 +103,7 @@ void assert_points(const Group& g) {
   }
 }
 
-/// Rigid ties of an island are consecutive, as are its trees; what they need fits.
+/// Rigid ties of an island are consecutive, as are its trees; their workspace is large enough.
 void assert_loops(const Group& g) {
   for ([[maybe_unused]] const GroupLoops& l : g.loops) {
     PANTIN_ASSERT(l.ties > 0 && is_part(l.first_tie, l.ties, g.ties.size()));

@@ -1,4 +1,4 @@
-// Rotations of joints, and how far they are from their limits.
+// Rotations of joints, and clearances of their limits.
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"

@@ -1,4 +1,4 @@
-// Forces and torques through a joint, after a step.
+// Reaction forces and torques of joints, after a step.
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 

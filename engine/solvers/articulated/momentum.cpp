@@ -45,8 +45,8 @@ Mat3 whole_inertia(const World& world, const Island& a, const Tree& tree, Vec3 c
   return sum;
 }
 
-/// Expected angular momentum after drag and external torques over one step; none where drag
-/// differs between bodies, since it then depends on the joints.
+/// Expected angular momentum after drag and external torques over one step; none if drag differs
+/// between bodies, since it then depends on the joints.
 std::optional<Vec3> expected_angular_momentum(const World& world, const Island& a, const Tree& tree,
                                               Real h) {
   const MassCentre centre = mass_centre(world, a, tree);

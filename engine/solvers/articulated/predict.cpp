@@ -1,4 +1,4 @@
-// The update stage: what moves the bodies, and their free motion.
+// The update stage: targets, forces and free motion of the bodies.
 #include <algorithm>
 
 #include "engine/joints/joint_force.hpp"
@@ -8,14 +8,14 @@
 
 namespace pantin::detail::articulated {
 
-/// From pins and from kinematic bodies.
+/// Targets come from pins and from kinematic bodies.
 void set_targets(const World& world, Island& a, Real h) {
   a.scratch.targets.clear();
   const auto place = [&](std::uint32_t body, std::uint32_t pin, Vec3 anchor) {
     PANTIN_ASSERT(body != UINT32_MAX || pin < world.pins.size());
     return body != UINT32_MAX ? point_on(world, body, anchor) : world.pins.values()[pin].target;
   };
-  // In the first step a kinematic body came here from where the joints were closed.
+  // In the first step, joints were closed at the kinematic body's pose one step before.
   const auto before = [&](std::uint32_t slot, Vec3 anchor, Vec3 now) {
     const bool comes =
         slot != UINT32_MAX && world.bodies.values()[slot].motion == Motion::kinematic;
@@ -70,7 +70,7 @@ void collect_forces(const World& world, Island& a) {
   for (std::size_t c = 0; !world.forces.empty() && c < a.count(); ++c) {
     const Force* found = world.forces.find(a.bodies[c]);
     const Force f = found ? *found : Force{};
-    // Forces of steps before have left their components behind.
+    // Components of earlier forces remain, with zero force.
     a.forced = a.forced || f.force != Vec3(0) || f.torque != Vec3(0);
     PANTIN_ASSERT(!a.scratch.forces.numbers().empty());
     a.scratch.forces.set(0, c, f.force / a.constants.at(kMass, c));
@@ -126,7 +126,7 @@ void update(World& world, Island& a, Real h) {
   notice_changes(world, a, h);
   collect_forces(world, a);
   a.finite = true;
-  // Without anything to touch, the energy-momentum method needs no prediction.
+  // Without colliders, the energy-momentum method needs no prediction.
   a.conserves = conserves(world, a);
   if (!world.collisions.empty() || !a.conserves) predict_motion(world, a, h);
 }

@@ -16,7 +16,7 @@ void predict(World& world, const StepTask& task) {
   for_each_island(awake.size(), task, [&](std::size_t i) { update(world, all[awake[i]], task.h); });
 }
 
-/// Islands compiled within a step are predicted from their present state.
+/// Predicts islands that were compiled within the step.
 void catch_up(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
   for (const std::uint32_t i : rest_lists(world).awake)
@@ -82,7 +82,7 @@ void measure_joint(const World& world, const Island& a, std::uint32_t slot, Meas
   m.worst_violation = std::max(m.worst_violation, violation(link.joint, rotation));
 }
 
-/// J, in the springs along the coordinates of joints.
+/// J: energy of the springs along the coordinates of joints.
 Real energy_of_springs(const World& world, const Island& a) {
   Real sum = 0;
   for (std::size_t c = 0; c < a.joints.size(); ++c) {

@@ -18,7 +18,7 @@ bool has_colliders(const World& world, const Island& a) {
                      [&](Entity e) { return world.collisions.find(e) != nullptr; });
 }
 
-/// An island that stays as it is may become solid later.
+/// Also for prepared islands, since an unchanged island may get colliders later.
 void prepare_contacts(const World& world, Island& a) {
   if (world.collisions.empty() || !has_colliders(world, a)) return;
   a.scratch.contact_rows.reserve(8 * a.count());

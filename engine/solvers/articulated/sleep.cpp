@@ -8,14 +8,14 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// A body that has drifted by less counts as unmoved: the way at the sleep speed in this time, s,
-/// and a fraction of the size of its island. Less than half of the island's mass may sway this much
-/// farther.
+/// Drift up to which a body counts as unmoved: the distance at the sleep speed in this time, s, or
+/// this fraction of the island's size, whichever is less. Less than half of the island's mass may
+/// sway this many times farther.
 constexpr Real kRestDriftTime = 2.5, kRestDriftOfSize = 3e-3, kSwayFactor = 16;
-/// s: what stays for so long rests. Creep shows as motion only after that time.
+/// s: an island unmoved for so long is at rest. Creep shows as motion only after that time.
 constexpr Real kTimeToRest = 1;
 
-/// Whether a body that slept was changed.
+/// Whether the caller changed a sleeping body.
 bool is_disturbed(const Body& b) {
   return b.restart || b.teleport || b.velocity != Vec3(0) || b.angular_velocity != Vec3(0);
 }
@@ -36,7 +36,7 @@ bool must_wake(const World& world, const Island& a) {
 
 namespace {
 
-/// What sleeps, whether or not it is alone, and is pushed.
+/// Wakes sleeping islands on which applied forces act.
 void wake_pushed(World& world) {
   const Partition& partition = partition_of(world);
   for (std::size_t i = 0; i < world.forces.size(); ++i) {

@@ -1,4 +1,4 @@
-// The adjust stage of an island, and how it ends.
+// The adjust stage of an island, and the end of its step.
 #include <algorithm>
 
 #include "engine/solvers/articulated/articulated.hpp"
@@ -7,7 +7,7 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// What passed through joints, pins and cables is not known after sweeps.
+/// Clears the multipliers of joints, pins and cables, which are unknown after sweeps.
 void forget_loads(Island& a) {
   for (std::size_t c = 0; c < a.count(); ++c) a.memory.set(kLambda, c, Vec3(0));
   for (JointMemory& j : a.joint_memory)
@@ -75,7 +75,7 @@ void remember_step(World& world, Island& a, Real h) {
 bool close_by_sweeps(World& world, Island& a, Real h, Entity& lost) {
   a.knows_torques = false;
   a.sweeps_used = a.stops_hit = a.drives_capped = 0;
-  if (!a.finite) {  // before joints can hide it
+  if (!a.finite) {  // before closing the joints can hide it
     lost = a.unfit ? a.unfit : find_unsound(world, a);
     if (!lost) lost = find_lost(world, a);
     return false;

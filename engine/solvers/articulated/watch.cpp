@@ -1,6 +1,6 @@
-// The energy of steps that do not conserve it: it may only come from the energy before, from
-// kinematic bodies that move, and from applied forces. The rules of the paper are watched:
-// severalfold growth is told. A step of `auto` by sweeps gives back what is too much.
+// Energy of steps that do not conserve it. Allowed sources are the energy before, kinematic bodies
+// that move, and applied forces. For the rules of the paper, severalfold growth is reported. A step
+// of `auto` by sweeps has its excess energy removed.
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
@@ -55,8 +55,8 @@ Real hand_speed(const World& world, const Island& a, Real h) {
   return most;
 }
 
-/// Velocities before the step: the iterations of a step that closes gaps use the rows of kMove,
-/// sweeps leave them alone.
+/// Velocities before the step. Islands with pins store them apart, since the iterations of a step
+/// that closes gaps overwrite the rows of kMove; sweeps do not.
 void keep_velocity(Island& a, std::size_t c, Vec3 v) {
   if (a.pins.empty())
     a.memory.set(kMove, c, v);
@@ -88,10 +88,10 @@ Real most_work(const World& world, const Island& a, Real h) {
   return pulls * speed + pushed;
 }
 
-/// Of the kinetic energy.
+/// As a fraction of the kinetic energy.
 constexpr Real kRounding = 1e-13;
 
-/// Whether nothing ties the island to the world.
+/// Whether nothing connects the island to the world.
 bool flies_free(const Island& a) {
   const auto to_world = [](const PackedCable& c) {
     return c.column_a == UINT32_MAX || c.column_b == UINT32_MAX;
@@ -130,8 +130,8 @@ Real potential_of_final(const World& world, const Island& a) {
   return sum;
 }
 
-/// A step whose potential energy exceeds what there may be is undone to a half, to a quarter or
-/// completely; there the bodies are at rest with closed joints.
+/// Undoes a step by a half, by three quarters or completely, until the potential energy is at most
+/// `allowed`. The bodies are then at rest, with closed joints.
 void take_back(World& world, Island& a, Real allowed) {
   const Kernels& k = kernels();
   const IslandView p = view_of(world, a);
@@ -157,13 +157,13 @@ void take_back(World& world, Island& a, Real allowed) {
   }
 }
 
-/// Takes from a step of `auto` by sweeps what it has more than `allowed`, J.
+/// Removes the energy above `allowed`, J, from a step of `auto` by sweeps.
 void limit_energy(World& world, Island& a, const Energy& now, Real allowed) {
   const Real slack = 1e-12 * (std::abs(now.potential) + std::abs(allowed));
   if (!a.settings.limiter || !(now.whole() > allowed + slack)) return;
   slow_down(world, a, now.kinetic, allowed - now.potential);
   if (!flies_free(a) && now.potential > allowed + slack) take_back(world, a, allowed);
-  // What sweeps towards a pin out of reach put in is no loss.
+  // Energy that sweeps add towards an unreachable pin does not count as removed.
   const bool pulls =
       std::any_of(a.pins.begin(), a.pins.end(), [](const PackedPin& p) { return !p.reachable; });
   const Real removed = now.whole() - energy_of(world, a).whole();

@@ -1,6 +1,5 @@
-// The adjust stage of the procedural rules: joints closed at the predicted poses, one after the
-// other or by SHAKE, several held points by relaxation, and the velocities after that. [Lee 2000,
-// sec. 3.2]
+// The adjust stage of the procedural rules: closes joints at the predicted poses, one after the
+// other or by SHAKE, several pins by relaxation; then computes velocities. [Lee 2000, sec. 3.2]
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Motions of one body that close a joint: rotation first, translation for the rest.
+/// Motions of one body that close a joint: rotation first, then translation for the remaining gap.
 #include "engine/base/math.hpp"
 
 namespace pantin::detail::articulated {
@@ -10,7 +10,7 @@ struct CompulsiveMotion {
   Vec3 translation{0};  // m
 };
 
-/// How a body resists motion: its mass, kg, and its tensor of inertia, world axes, kg m^2.
+/// Mass, kg, and inertia tensor, world axes, kg m^2, of a body.
 struct Inertia {
   Real mass = 0;
   Mat3 tensor{0};
@@ -41,8 +41,7 @@ inline Vec3 meeting_point(Real mass_a, Vec3 a, Real mass_b, Vec3 b) {
   return (mass_a * a + mass_b * b) / (mass_a + mass_b);
 }
 
-/// A step of damped Verlet: its length h, s, and the part of the motion that drag leaves,
-/// exp(-c h).
+/// A step of damped Verlet: its length h, s, and the damping factor of the motion, exp(-c h).
 struct VerletStep {
   Real h = 0, keep = 1;
 };

@@ -65,7 +65,7 @@ Vec3 push_out(const HalfSpaces& p) {
     if (p.depths[i] > deepest) deepest = p.depths[i], fallback = alone;
     consider(alone);
   }
-  if (least < 1e300) return best;  // no way out of that plane is shorter
+  if (least < 1e300) return best;  // no solution is shorter than one along a single normal
   for (std::size_t i = 0; i < p.count; ++i)
     for (std::size_t j = i + 1; j < p.count; ++j)
       if (const std::optional<Vec3> u = edge_of(p, i, j)) consider(*u);

@@ -1,5 +1,5 @@
-// The push-out of bodies by the rules of the paper: what has entered something is translated out of
-// it along the normals, and its joints are closed again. [Lee 2000, sec. 4.2]
+// Penetration removal by the rules of the paper: translates overlapping bodies out along the
+// normals, and closes their joints again. [Lee 2000, sec. 4.2]
 #include <algorithm>
 
 #include "engine/contact/contact.hpp"
@@ -11,16 +11,16 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Of an overlap that a step begins with, this fraction of the island's size is removed: what is
-/// pushed out further would leave with a speed.
+/// Most of an initial overlap that a step removes, as a fraction of the island's size: the whole
+/// displacement becomes velocity.
 constexpr Real kShallowOverlap = 5e-3;
-/// Part of the island's size: a round that moves bodies by less is the last one.
+/// Iterations end once bodies move by less than this fraction of the island's size.
 constexpr Real kPushedOut = 1e-6;
-/// Part of the size up to which a point touches.
+/// Gap up to which a point touches, as a fraction of the size.
 constexpr Real kTouching = 1e-12;
 
-/// The point of a body that touches, at its final pose: a round shape is touched below its core,
-/// however it turns.
+/// The touching point of a body at its final pose: one radius below the core of a round shape, at
+/// any rotation.
 Vec3 touching_point(const World& world, const Island& a, const ContactRow& row) {
   const Contact& c = contacts_of(world)[row.contact];
   const Quat before = world.bodies.values()[a.slots[row.column]].pose.rotation;
@@ -33,7 +33,7 @@ Vec3 touching_point(const World& world, const Island& a, const ContactRow& row) 
 /// A contact point of a body at the final poses.
 struct Touch {
   Real depth = 0;  // m, to be removed
-  Vec3 slip{0};    // m, of the body on the other one since the start of the step
+  Vec3 slip{0};    // m, relative to the other body since the start of the step
 };
 
 Touch touch_of(const World& world, const Island& a, const ContactRow& row, Real h) {
@@ -55,8 +55,8 @@ std::span<const ContactRow> rows_of(const Island& a, std::size_t column) {
   return {first, std::lower_bound(first, rows.end(), column + 1, before)};
 }
 
-/// Translates a body out of what it has entered, and back along it by what friction bears: at most
-/// `friction` times the way out, over all rounds. How far it moved, m.
+/// Translates a body out of its overlaps, and back against its slip by friction: at most `friction`
+/// times the distance out, over all iterations. Returns how far it moved, m.
 Real push_body(const World& world, Island& a, std::size_t column, Real h) {
   HalfSpaces planes;
   Vec3 slip(0);
@@ -85,8 +85,8 @@ Real push_body(const World& world, Island& a, std::size_t column, Real h) {
   return glm::length(way);
 }
 
-/// From the leaves to the root: bodies are pushed out, and lead the ones that they hang on. The
-/// longest way of any, m.
+/// From the leaves to the root: pushes bodies out, and moves their parents along. Returns the
+/// longest displacement, m.
 Real push_inwards(const World& world, Island& a, const Tree& tree, Real h) {
   Real longest = 0;
   const std::size_t end = tree.first + tree.count;
@@ -106,14 +106,14 @@ Real push_inwards(const World& world, Island& a, const Tree& tree, Real h) {
   return longest;
 }
 
-/// Shares the force that translates a body so within a step, m way / h^2, among the contacts that
-/// pushed it: what it was pushed out by along their normals, in proportion to how far they oppose
-/// it, and friction in equal parts. Joints move it further; that is not counted.
+/// Distributes the force that would translate a body so within a step, mass * displacement / h^2,
+/// among the contacts that pushed it: the displacement along normals in proportion to each
+/// contact's component, friction equally. Displacements by joints are not counted.
 void share_push(World& world, const Island& a, std::span<const ContactRow> rows, Real h) {
   const std::size_t column = rows.front().column;
   const BodyPush& push = a.scratch.pushes[column];
   std::vector<Contact>& contacts = contacts_of(world);
-  // A contact whose other side is this body is another island's to report.
+  // A contact in which this is body b is reported by the island of body a.
   const auto pushed = [&](const ContactRow& row) {
     return row.side > 0 && contacts[row.contact].active;
   };
@@ -136,7 +136,7 @@ void share_push(World& world, const Island& a, std::span<const ContactRow> rows,
   }
 }
 
-/// What is left of the overlaps, which contacts pushed, and with what force.
+/// Reports the remaining overlaps, the active contacts and their forces.
 void report_push(World& world, const Island& a, Real h) {
   const std::span<const ContactRow> rows = a.scratch.contact_rows;
   for (const ContactRow& row : rows) {

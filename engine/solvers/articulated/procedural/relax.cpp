@@ -1,4 +1,4 @@
-// Relaxation: several fixed links, held points and taut cables in turn. [Lee 2000, sec. 4.1]
+// Relaxation: pins, joints to kinematic bodies and taut cables in turn. [Lee 2000, sec. 4.1]
 #include <algorithm>
 
 #include "engine/solvers/articulated/procedural/sweeps.hpp"
@@ -6,7 +6,7 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Where a pin is to be, world.
+/// Target of a pin, world.
 Vec3 target_of(const Island& a, const PackedPin& h) {
   return h.partner == UINT32_MAX ? h.target : point_at(a, h.partner, h.held_anchor, kFinalPoses);
 }
@@ -33,7 +33,7 @@ const Tree& tree_of(const Island& a, std::size_t column) {
   return a.trees[t];
 }
 
-/// The end of a cable that moves where both could.
+/// The end of a cable that is moved if both can move.
 enum class MovingEnd : std::uint8_t { a, b };
 
 struct CableEnds {
@@ -80,7 +80,7 @@ void sweep_all(World& world, Island& a, int round) {
   for (const Tree& t : a.trees) sweep_from_root(world, a, t);
 }
 
-/// How far the worst pin is from its place, or how much too long the worst cable is, m.
+/// m: largest residual of a pin or stretch of a cable.
 Real worst_residual(const World& world, const Island& a) {
   Real worst = 0;
   for (const PackedPin& h : a.pins)

@@ -46,7 +46,7 @@ void close_shake(World& world, Island& a, const IslandView& p, Real h) {
   for (std::size_t c = 0; c < a.count(); ++c)
     a.scratch.turned[c] = h * w.vec(kAngularVelocityStar, c);
   for (int newton = 0; newton < 2; ++newton) {
-    // Gaps at the present poses, arms and inertias at the start of the step.
+    // Gaps at the current poses, arms and inertias at the start of the step.
     k.levers(p, kPosition, kRotation);
     for (std::size_t c = 0; c < a.count(); ++c) {
       a.scratch.translation[c] = w.vec(kGap, c);

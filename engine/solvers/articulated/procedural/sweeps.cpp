@@ -1,5 +1,5 @@
-// Sweeps: every body is carried to the joint it hangs on, from a held body or a pulled one
-// outwards. [Lee 2000, sec. 3.2, 3.3 and 4.1]
+// Sweeps: move every body to the joint to its parent, outwards from an anchored or a pulled body.
+// [Lee 2000, sec. 3.2, 3.3 and 4.1]
 #include "engine/solvers/articulated/procedural/sweeps.hpp"
 
 #include <algorithm>
@@ -11,13 +11,13 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Rotates a body, with an anchor of its own at its goal.
+/// Sets the rotation of a body and places its anchor at its goal.
 void turn_about(Island& a, const Pull& held, Quat rotation) {
   a.scratch.work.set(kFinalRotation, held.column, rotation);
   a.scratch.work.set(kFinalPosition, held.column, held.goal - rotation * held.anchor);
 }
 
-/// Moves an anchor of a body to its goal by the least displacement, exactly.
+/// Moves an anchor of a body exactly to its goal, by the least displacement.
 void carry(Island& a, std::size_t c, Vec3 anchor, Vec3 goal) {
   const FinalBody body{a.scratch.work, c};
   const Quat q = body.rotation();
@@ -29,7 +29,7 @@ void carry(Island& a, std::size_t c, Vec3 anchor, Vec3 goal) {
   turn_about(a, {c, anchor, goal}, glm::normalize(m.rotation * q));
 }
 
-/// The nearest rotation that the joint of a body allows, if it has another one.
+/// The nearest rotation that the joint of a body allows, if the current one is not allowed.
 std::optional<Quat> clamped_rotation(const Island& a, std::size_t c, Quat own, Quat parent) {
   if (a.joints.empty() || !a.joints[c].stiff) return std::nullopt;
   const Quat rotation = joint_rotation(a.joints[c], own, parent),

@@ -1,6 +1,6 @@
 #pragma once
-/// Sweeps over the trees of an island, on the final poses: each body is carried to its joint by the
-/// least displacement, and turned about it into its limits. [Lee 2000, sec. 3.2]
+/// Sweeps over the trees of an island, on the final poses: each body moves to its joint by the
+/// least displacement, then rotates about it to within its limits. [Lee 2000, sec. 3.2]
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
@@ -15,13 +15,13 @@ struct FinalBody {
   Vec3 point(Vec3 anchor) const { return position() + rotation() * anchor; }
 };
 
-/// A point of a packed body, in its frame, and where it is to go, world.
+/// A point of a packed body, in its frame, and its goal, world.
 struct Pull {
   std::size_t column = 0;
   Vec3 anchor{0}, goal{0};
 };
 
-/// Carries the parent of a body to their joint, as if the body were fixed.
+/// Moves the parent of a body to their joint, as if the body were fixed.
 void lead_parent(Island& a, std::size_t c);
 
 /// A sweep from a pulled body: along its parents to the root, then all other bodies outwards.
