@@ -54,12 +54,12 @@ struct Builder {
     const Owner owner = owner_of(partition, slot);
     return owner && owner.solver == kArticulated;
   }
-  /// Whether another one does.
+  /// Whether another solver moves it.
   bool is_foreign(std::uint32_t slot) const {
     const Owner owner = owner_of(partition, slot);
     return owner && owner.solver != kArticulated;
   }
-  /// How much more than a point a joint holds: trees take it up before others.
+  /// How much more than a point a joint constrains: such joints are preferred in trees.
   int more_than_a_point(std::uint32_t link) const {
     return link == kNoSlot ? 0 : detail::more_than_a_point(world, link);
   }
@@ -68,7 +68,7 @@ struct Builder {
   }
 };
 
-/// Sorts links into neighbour lists of dynamic bodies and anchors; reports unusable ones.
+/// Sorts links into neighbour lists of dynamic bodies, loops and anchors; reports unusable ones.
 void read_links(Builder& b) {
   World& world = b.world;
   DisjointSets forest(world.bodies.size());
@@ -275,7 +275,7 @@ void pack_joints(const World& world, Island& a) {
   a.joints = std::move(joints);
 }
 
-/// Where bodies were is remembered of what can be touched.
+/// Reserves resting poses if the island has colliders.
 void watch_rest(const World& world, Island& a) {
   const bool solid = std::any_of(a.bodies.begin(), a.bodies.end(),
                                  [&](Entity e) { return world.collisions.find(e) != nullptr; });
@@ -359,7 +359,7 @@ void pack_bodies(const World& world, const Planting& all, Island& a) {
   }
 }
 
-/// The anchors that are no roots.
+/// Packs the anchors that are not roots.
 void pack_pins(Builder& b, const std::vector<Anchorage>& anchorages, const Planting& all,
                Island& a) {
   for (const Anchorage& g : anchorages) {

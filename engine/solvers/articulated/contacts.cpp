@@ -86,7 +86,7 @@ namespace {
 /// One of the two bodies of a contact.
 enum class ContactBody : std::uint8_t { a, b };
 
-/// Assigns a contact to the island of one of its bodies, which wakes if a moving body touches it.
+/// Assigns a contact to the island of one of its bodies; wakes it for a moving body or surface.
 void take_contact(World& world, std::uint32_t contact, ContactBody which, Real h) {
   const bool is_a = which == ContactBody::a;
   const Contact& c = contacts_of(world)[contact];

@@ -201,8 +201,8 @@ Mat3 compliance_of(const Mat3& stiffness, const Vec3 (&free)[3], std::size_t cou
 /// Slot of the kinematic body that a root joint is attached to, or UINT32_MAX.
 std::uint32_t held_body_of(const Island& a, std::size_t c);
 
-/// The free directions of a joint, and its limits with their directions, at the given rotations of
-/// its bodies.
+/// The free directions of a joint, and its watched limits with their directions, at the given
+/// rotations of its bodies.
 FreeAxes free_axes(const PackedJoint& joint, Quat own, Quat parent);
 struct JointLimit {
   Vec3 along{0};       // world: relative rotation of the own body about it approaches the limit

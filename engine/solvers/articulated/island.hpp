@@ -74,21 +74,21 @@ class LaneTable {
   std::size_t rows_ = 0;
 };
 
-/// A contact of this step as one of its two bodies sees it.
+/// A contact of this step, assigned to one of its two bodies.
 struct ContactRow {
   std::uint32_t contact = 0;
   std::uint32_t column = 0;
   int side = 1;  // 1: body a, -1: body b
 };
 
-/// How the rules of the paper moved a body out of what it entered in this step.
+/// How the rules of the paper moved a body out of overlaps in this step.
 struct BodyPush {
   Real out = 0;  // m, the length of its path along normals
-  Vec3 way{0};   // m, along them, the sum
-  Vec3 held{0};  // m, across them, by friction
+  Vec3 way{0};   // m, sum of displacements along normals
+  Vec3 held{0};  // m, displacement across normals, by friction
 };
 
-/// Of bodies and trees.
+/// Workspace of bodies and trees.
 struct BodyScratch {
   LaneTable work;             // see Work
   std::vector<Real> nodes;    // kNodeSize a body, see Node
@@ -98,36 +98,36 @@ struct BodyScratch {
   std::vector<Real> ways, anchor_velocities;  // likewise, for the energy-momentum method
   std::vector<Vec3> translation, rotation;    // shake2, per body: response to the gaps
   std::vector<Vec3> turned;                   // shake2, per body: rotation vector of the step, rad
-  std::vector<Real> outboard;  // of trees that fly free, per body: mass of its subtree, kg
-  std::vector<ContactRow> contact_rows;  // of this step
-  std::vector<BodyPush> pushes;          // a body each, where any is solid
-  std::vector<Vec3> velocities;          // a body each: at the start, while energy is watched
+  std::vector<Real> outboard;                 // of free trees, per body: mass of its subtree, kg
+  std::vector<ContactRow> contact_rows;       // of this step
+  std::vector<BodyPush> pushes;               // a body each, if any has a collider
+  std::vector<Vec3> velocities;               // a body each: at the start of a step with pins
 };
 
-/// Of ties and of joints that constrain rotations, in the energy-momentum method.
+/// Workspace of ties and of joints that constrain rotations, in the energy-momentum method.
 struct TieScratch {
   std::vector<ConservingTie> ties;
-  std::vector<TieRows> tie_sets;                 // of each tie, its rows
-  std::vector<ConservingSum> conserving_sums;    // a body each, where joints constrain rotations
+  std::vector<TieRows> tie_sets;                 // rows of each tie
+  std::vector<ConservingSum> conserving_sums;    // a body each, if joints constrain rotations
   std::vector<ConservingNode> conserving_nodes;  // likewise
-  Real tie_yield = 0;                            // of the rigid ones: see conserving_ties.cpp
-  std::vector<Real> tie_blocks, tie_factors;     // see ConservingTies
+  Real tie_yield = 0;  // compliance of rigid ties, relative: see begin_ties()
+  std::vector<Real> tie_blocks, tie_factors;                // see ConservingTies
   std::vector<Vec3> tie_impulses, tie_torques, tie_joints;  // a body each
   std::vector<TiePathStep> tie_paths;                       // of all ties, by tie_path_starts
   std::vector<std::uint32_t> tie_path_starts;               // one more than ties
   std::vector<TieRow> tie_rows;
-  std::vector<TieShare> tie_shares;     // as the rows have them
+  std::vector<TieShare> tie_shares;     // in the order of the rows
   std::vector<TiePassing> tie_passing;  // of the longest path
-  std::vector<Vec3x4> tie_turns;        // by four impulses: of each body, and of each as a root
+  std::vector<Vec3x4> tie_turns;  // by four impulses: rotation of each body, displacement as a root
   std::vector<Real> tie_matrix, tie_solution, tie_largest;
-  std::vector<Real> tie_kept;  // both, while they are solved
+  std::vector<Real> tie_kept;  // copies of matrix and right-hand side
   std::vector<std::uint32_t> tie_order;
   std::vector<CableRow> cable_rows;     // a cable each
-  std::vector<Vec3> velocities_before;  // 2 a body, where cables strike
+  std::vector<Vec3> velocities_before;  // 2 a body, for impacts of cables
   std::vector<Vec3> pin_gaps;           // a pin each: see begin_closing()
-  std::vector<Vec3> pins_before;  // a pin each: its target at the start of what is left of the step
+  std::vector<Vec3> pins_before;        // a pin each: its target where sweeps take over the step
   std::vector<std::uint8_t> on_path;
-  bool predicted = false;  // by the update stage; otherwise the prediction is made later
+  bool predicted = false;  // by the update stage; otherwise predicted later
 };
 
 /// Scratch memory of one step of one island.
@@ -170,8 +170,8 @@ struct PackedJoint {
 struct JointMemory {
   Real lambdas[4] = {0, 0, 0, 0};  // of the limits, kg m^2
   Real torque_fraction = 1;        // fraction of the drive's torque that its limit allows
-  Vec3 torque{0};  // N m, through the joint in the last step, springs apart, where that is known
-  Real angle = 0;  // rad, of an actuated joint, turns counted
+  Vec3 torque{0};  // N m, through the joint in the last step, without springs, if known
+  Real angle = 0;  // rad, of an actuated joint, full turns counted
 
   static void fields(auto& self, auto&& field) {
     field("lambdas", self.lambdas);
@@ -251,10 +251,10 @@ struct IslandStructure {
   std::vector<std::uint32_t> links;   // slot in World::links of the joint to the parent, or kNoSlot
   std::vector<PackedJoint> joints;    // per column; empty where every joint is a free ball joint
   LaneTable constants;                // see Constant
-  Real size = 0;                      // m, longest way through the joints; scales tolerances
+  Real size = 0;                      // m, longest path through the joints; scales tolerances
   Real mass = 0;                      // kg
   bool is_chain = false;              // every parent is the previous column: fast path
-  Entity unfit;                       // a body that no step can be computed with, or none
+  Entity unfit;                       // a body for which no step can be computed, or none
 
   static void fields(auto& self, auto&& field) {
     field("settings", self.settings);
@@ -279,17 +279,17 @@ struct IslandMemory {
   std::vector<PackedPin> pins;
   std::vector<PackedCable> cables;
   std::vector<JointMemory> joint_memory;  // by column, as `joints`
-  int swept_steps = 0;       // still to be taken so, since the energy-momentum method failed
+  int swept_steps = 0;       // steps left to sweeps, after the energy-momentum method failed
   Real quiet_time = 0;       // s, with all speeds below the sleep speed
-  std::vector<Pose> rests;   // by column, of what is solid: where bodies were when last moved away
-  Real rest_time = 0;        // s, since then
-  bool rested = false;       // before that they had not moved away for long
+  std::vector<Pose> rests;   // by column, with colliders: poses at the start of rest_time
+  Real rest_time = 0;        // s, since bodies last moved away from `rests`
+  bool rested = false;       // the previous rest interval had ended as well
   bool asleep = false;       // asleep until something wakes it
   Vec3 asleep_gravity{0};    // gravity when it fell asleep, m/s^2
   bool fresh = true;         // no step was taken yet, or the state was reset
   Real last_step = 0;        // s
   bool has_targets = false;  // targets of roots and pins are known from the last step
-  // Of steps that do not conserve energy: bound on the energy, and scale of the motion.
+  // Steps that do not conserve energy: bound on the energy, and scale of the motion.
   bool watched = false;
   Real budget = 0, usual = 0;  // J
 
@@ -320,21 +320,21 @@ struct StepPlan {
   bool forced = false;     // external forces act
   bool changed = false;    // the caller changed the motion
   bool finite = true;      // the prediction is finite
-  bool in_group = false;   // steps with all that it touches: see step_group.cpp
-  bool conserves = false;  // is stepped by the energy-momentum method, if it touches nothing
-  bool in_crowd = false;   // side by side with others like it: see crowd.cpp
+  bool in_group = false;   // is stepped with its contact group: see step_group.cpp
+  bool conserves = false;  // is stepped by the energy-momentum method, if not in contact
+  bool in_crowd = false;   // is stepped in a batch: see crowd.cpp
 };
 
 /// Results of the step, for the report and for the next step.
 struct StepResult {
-  bool limited = false;         // the energy was
-  Real energy_removed = 0;      // J, by that, in all parts of the step
+  bool limited = false;         // its energy was limited
+  Real energy_removed = 0;      // J, by that, in all substeps
   bool contact_active = false;  // a contact is active
   int sweeps_used = 0, stops_hit = 0, drives_capped = 0;
   bool knows_torques = false;  // JointMemory::torque is of this step
   Entity lost;                 // a body whose state went out of bounds
-  bool grew = false;           // has severalfold more energy than it can have
-  bool jammed = false;         // moving bodies leave it no room in a part of the step
+  bool grew = false;           // has severalfold more energy than allowed
+  bool jammed = false;         // in a substep, moving bodies left it no space
 };
 
 struct Island : IslandStructure, IslandMemory, StepPlan, StepResult {
@@ -350,15 +350,15 @@ struct Island : IslandStructure, IslandMemory, StepPlan, StepResult {
   }
 };
 
-/// Which islands sleep, from Island::asleep: a step goes through those that are awake.
+/// Lists of awake and sleeping islands, from Island::asleep: a step visits the awake ones only.
 struct RestLists {
   struct Sleeper {
     std::uint32_t island = 0;
-    std::uint32_t slot = kNoSlot;  // of its one body, which nothing holds; none: there is more
+    std::uint32_t slot = kNoSlot;  // of its only body, if free and untied; else kNoSlot
   };
   std::vector<std::uint32_t> awake;  // islands, ascending
   std::vector<Sleeper> sleepers;
-  std::vector<std::uint32_t> touched;  // of these, what something touches in this step
+  std::vector<std::uint32_t> touched;  // sleeping islands with contacts in this step
   Vec3 gravity{0};                     // m/s^2, when they were listed
   std::uint64_t version = 0;           // Partition::rest_version then
 };
@@ -384,14 +384,14 @@ inline const std::vector<Island>& islands_of(const World& world) {
   return world.memory.of<Islands>().list;
 }
 
-/// Packs all islands that this solver moves. Islands that a change does not concern keep their
-/// state; of an island whose own structure changed, state is carried over by body. Links that
-/// this solver cannot use are left out and listed in the partition's faults.
+/// Packs all islands that this solver moves. Islands of unchanged structure keep their state; for
+/// others, state is carried over body by body. Links that this solver cannot use are left out and
+/// listed in the partition's faults.
 void compile(World& world, std::span<const IslandPlan> plans);
 
 }  // namespace pantin::detail::articulated
 
-// What copies, hashes and saves them is compiled once, in row.cpp.
+// Code that copies, hashes and saves them is compiled once, in row.cpp.
 namespace pantin::detail {
 extern template articulated::Islands& Memories::create();
 extern template const articulated::Islands& Memories::none();

@@ -3,8 +3,8 @@
 /// along the joints. Compiled once per instruction set. All builds give the same bits, since none
 /// fuses or reorders operations.
 ///
-/// Includes nothing that makes code: an inline function compiled here for AVX2 must never be the
-/// one that the linker keeps for all.
+/// Includes no header with code: the linker must never keep an inline function compiled for AVX2 as
+/// the one for all.
 #include "engine/solvers/articulated/lane_layout.hpp"
 
 namespace pantin::detail::articulated {
@@ -26,7 +26,7 @@ struct IslandView {
   double* work;
   double* nodes;
   const double* forces;      // acceleration and torque rows, or null
-  const Children* children;  // of no chain
+  const Children* children;  // unused for a chain
   bool is_chain;
 };
 
@@ -61,44 +61,44 @@ enum BlockPart : std::size_t {
   kBlockSize = 32
 };
 
-/// Forces between bodies that no joint of a tree transmits, in a step by the energy-momentum
-/// method: loops, pins, elastic cables. Their own unknowns are solved for outside the kernels.
+/// Forces between bodies besides the joints of trees, in a step by the energy-momentum method:
+/// loops, pins, cables. Their own unknowns are solved for outside the kernels.
 struct ConservingTies {
   void* context;
   const double* blocks;  // kTieBlock a body
   double* factors;       // kTieFactor a body
-  /// Before an elimination: `blocks` at the iterate.
+  /// Before an elimination: fills `blocks` at the iterate.
   void (*load)(void* context);
-  /// After it: kMove and kTurnBy, and the impulses at the joints, as the ties have them. False if
-  /// their equations have no solution.
+  /// After it: adds the response to the ties to kMove, kTurnBy and the impulses at the joints.
+  /// False if the ties' equations have no solution.
   bool (*correct)(void* context);
-  /// Where the iterations have converged: false if what acts had to change, so that they go on.
+  /// After convergence: false if the active set had to change, so that the iterations go on.
   bool (*settled)(void* context);
-  /// After the iterations: false if the step cannot be taken so. `released` is the work of the
-  /// ties, J.
+  /// After the iterations: false if the step is not acceptable. Adds the work of the ties, J, to
+  /// `released`.
   bool (*accept)(void* context, double& released);
-  /// kMove and kTurnBy are velocities; they become those that the ties allow.
+  /// Projects the velocities kMove and kTurnBy to those that the ties allow.
   bool (*project)(void* context);
-  /// After these: whether no tie leads to the world or to another tree; whether a blow took energy;
-  /// the work of moving places at the ties, J.
+  /// After these: whether no tie is connected to the world or to another tree; whether an impact
+  /// dissipated energy; the work of moving points at the ties, J.
   const bool *inner, *struck;
   const double* place_work;
 };
 
-/// What is solved for: displacements that take the residual away, or the velocities allowed.
+/// The unknowns: displacements that reduce the residual, or the allowed velocities.
 enum class Unknown : std::uint8_t { displacement, velocity };
 
-/// Joints that constrain rotations, or exert torques, in a step by the energy-momentum method: they
-/// take the place of the kernels' elimination.
+/// Joints that constrain rotations, or exert torques, in a step by the energy-momentum method:
+/// their elimination replaces that of the kernels.
 struct ConservingJoints {
   void* context;
-  /// Leaves to roots; the unknowns kMove and kTurnBy, and the impulses at the joints, roots to
-  /// leaves.
+  /// Inward: elimination, leaves to roots. Outward, roots to leaves: the unknowns kMove and
+  /// kTurnBy, and the impulses at the joints.
   void (*inward)(void* context, Unknown);
   void (*outward)(void* context, Unknown);
-  /// After the iterations: turns the bodies by what rounding and the last iteration left open.
+  /// After the iterations: rotates the bodies to remove the remaining error of the joints' rows.
   void (*align)(void* context);
-  /// Adds the work of the joints' torques, J. False if dampers take energy at the end.
+  /// Adds the work of the joints' torques, J. False if dampers dissipate energy at the end.
   bool (*add_work)(void* context, double& released);
 };
 
@@ -110,60 +110,60 @@ struct ConservingInput {
   const double* ways;               // displacements of the anchors over the step, m
   const double* anchor_velocities;  // at the end of the step, m/s
   int most_iterations;
-  double enough;                   // rad: largest rotation of the last iteration
-  double enough_next;              // rad: likewise of the next one, as the last two foretell it
+  double enough;                   // rad: tolerance, largest rotation of the last iteration
+  double enough_next;              // rad: the same for the next one, predicted from the last two
   bool still;                      // every tree is held, and no anchor moves
-  bool knows_work;                 // all that works on the island is known
-  bool divisible;                  // shorter steps can follow larger turns
+  bool knows_work;                 // all work on the island is known
+  bool divisible;                  // large rotations may be left to shorter steps
   bool follows_equal_step;         // the rotations of the last step predict those of this one
   const ConservingTies* ties;      // or null
   const ConservingJoints* joints;  // or null
-  double most_due;                 // of the energy found: a step that takes more of it is refused
+  double most_due;                 // largest accepted ratio of due to computed energy
 };
 
-/// Cables of islands alike that are stepped side by side: what is the same in all of them.
+/// Cables of a batch of islands of equal structure: the common data.
 struct LaneTies {
   struct Tie {
     std::uint32_t a, b;         // columns; a: UINT32_MAX for the world
-    std::uint32_t path, count;  // steps between it and the roots
+    std::uint32_t path, count;  // its path to the roots
     bool stretches;
   };
   std::size_t count;
   const Tie* ties;
   const TiePathStep* paths;
   std::size_t steps, longest;  // of all paths, of one
-  /// The steps of all paths, sorted by their places: those of a place (a column, or that of a free
-  /// root) from place_starts[place] to the next start; where a step is among them, and its cable.
+  /// The steps of all paths, sorted by column (bodies, then displacements of free roots): those of
+  /// a column start at place_starts[column]. The position of each step among them, and its cable.
   const std::uint32_t *place_starts, *positions, *tie_at;
 };
-/// What a cable that cannot stretch does in a lane, as a number of its table.
+/// State of an inextensible cable in a lane, as a number of its table.
 inline constexpr double kSlackTie = 0, kTautTie = 1, kStrikingTie = 2;
 
-/// One of the islands that are stepped side by side.
+/// One of the islands of a batch.
 struct LaneIsland {
   IslandView view;
-  ConservingInput input;  // without hooks: those of cables follow
+  ConservingInput input;  // without hooks: those of cables are below
   double size, mass;      // m, kg
   double yield;           // see StepScratch::tie_yield
   void* context;
   int* iterations;
   double* factors;  // kTieFactor a body
-  /// After an iteration in which a cable became taut: whether the part has to end where it does.
+  /// After an iteration in which a cable became taut: whether the substep has to end there.
   bool (*is_hit_early)(void* context);
-  /// After the iterations: the same of all that became taut on the way.
+  /// After the iterations: the same for all cables that became taut.
   bool (*ends_early)(void* context);
-  /// Velocities at the end where cables strike: see ConservingTies::project.
+  /// Velocities at the end after impacts of cables: see ConservingTies::project.
   bool (*strike)(void* context);
   const bool *inner, *struck;
   double* place_work;
 };
 
-/// What became of a step: refused; taken, and all written; or to be tried alone.
+/// Result of a step: refused; taken, with all written; or to be tried alone.
 enum class LaneOutcome : std::uint8_t { refused, taken, alone };
 
-/// Up to Kernels::lanes islands alike: as many bodies, on joints between the same columns, and as
-/// many cables of the same kind between these; no forces, and no other ties. Lanes beyond `count`
-/// are not looked at.
+/// Up to Kernels::lanes islands of equal structure: bodies, joints between the same columns, and
+/// cables of the same kinds between these; no forces, and no other ties. Lanes beyond `count` are
+/// ignored.
 struct ConservingLanes {
   std::size_t count;
   const LaneIsland* islands;
@@ -171,7 +171,7 @@ struct ConservingLanes {
   double* tie_table;        // of their cables, kLaneCableRows rows of Kernels::lanes each
   std::uint32_t* tie_rows;  // one each
   double* tie_gains;        // Kernels::lanes each
-  double* memory;           // lane_numbers() of it
+  double* memory;           // lane_numbers() numbers
   LaneOutcome* outcomes;    // one for each island
 };
 
@@ -183,7 +183,7 @@ struct Kernels {
   /// Joint geometry at the poses of the given rows: arms on both sides of the joints, gaps,
   /// inertias.
   void (*levers)(const IslandView&, std::size_t position_row, std::size_t rotation_row);
-  /// The same, and the turning blocks: kRotationalInertia becomes the inertia about the own joint.
+  /// The same; kRotationalInertia becomes the inertia about the own joint.
   void (*prepare)(const IslandView&, std::size_t position_row, std::size_t rotation_row);
   /// Inward pass of shake2, in two parts: the blocks of the bodies, then their elimination.
   void (*fill_blocks)(const IslandView&, double* blocks);
@@ -199,14 +199,14 @@ struct Kernels {
   /// Sweep, apply_poses and update_velocities in one loop over the predicted poses.
   bool (*sweep_and_update)(const IslandView&, const double* targets, double stiffness,
                            const VelocityInput&);
-  /// A whole step of free ball joints by the energy-momentum method, bodies written. False, and
-  /// nothing written, where the iterations do not converge. [Betsch & Steinmann 2001]
+  /// A whole step of free ball joints by the energy-momentum method; writes the bodies. False, with
+  /// nothing written, if the iterations do not converge. [Betsch & Steinmann 2001]
   bool (*conserve)(const IslandView&, const ConservingInput&);
-  /// The same of islands side by side, each in a lane of its own: the bits of a lane do not depend
-  /// on what the others hold.
+  /// The same for a batch of islands, one per SIMD lane. The bits of a lane do not depend on the
+  /// other lanes.
   void (*conserve_lanes)(const ConservingLanes&);
-  std::size_t lanes;  // at most so many
-  /// Numbers of memory that this needs.
+  std::size_t lanes;  // largest batch
+  /// Size of ConservingLanes::memory, in numbers.
   std::size_t (*lane_numbers)(std::size_t bodies, std::size_t trees, const LaneTies* ties);
   /// Scales all velocities; translation relative to `mean`.
   void (*scale)(const IslandView&, double factor, const double* mean);

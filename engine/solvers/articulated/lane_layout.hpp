@@ -17,7 +17,7 @@ struct Children {
 
 /// Bodies per vector. Tables store blocks of `kLanes` columns row by row.
 inline constexpr std::size_t kLanes = 4;
-/// Islands side by side, at most, with the widest registers.
+/// Largest batch of islands, with the widest registers.
 inline constexpr std::size_t kMostAbreast = 8;
 
 /// Rows of Island::constants.
@@ -73,7 +73,7 @@ static_assert(std::size_t{kConservingRows} <= std::size_t{kWorkRows});
 inline constexpr std::size_t kEndJoint =
     kImpulse;  // 3, position of the own joint, once all is solved
 
-/// Cayley's vector of the rotation over the step, until the bodies are written.
+/// Cayley vector of the rotation over the step, until the bodies are written.
 inline constexpr std::size_t kTurned = kLastTranslation;
 
 /// From the own joint point to the parent's, 3 numbers; shares its rows with kAttach, which is
@@ -89,11 +89,11 @@ enum Node : std::size_t {
   kNodeSize = 24
 };
 
-/// Numbers of a body for ties (see ConservingTies): what they add to its block, by rows of 3: the
-/// derivative of the torque, impulse, torque; what they need of its elimination.
+/// Numbers of a body for ties (see ConservingTies): their contribution to its block, by rows of 3
+/// (derivative of the torque, impulse, torque), and the factors of its elimination.
 inline constexpr std::size_t kTieBlock = 15, kTieFactor = 18;
 
-/// Rows of a cable between islands side by side (ConservingLanes): numbers of ConservingTie.
+/// Rows of a cable in a batch of islands (ConservingLanes): numbers of ConservingTie.
 enum LaneCableRow : std::size_t {
   kCableAnchorA = 0,  // 3, likewise below
   kCableAnchorB = kCableAnchorA + 3,
@@ -123,10 +123,10 @@ enum LaneCableRow : std::size_t {
   kCableActs,      // 1: has a row, else 0
   kLaneCableRows
 };
-/// Of its row: a pivot on the diagonal of the ties' equations that is large enough.
+/// Least accepted diagonal pivot of the ties' equations, as a fraction of its row.
 inline constexpr double kSafePivot = 1e-3;
-/// A body between a tie and its roots, or the place of a free root, whose column is then that of
-/// the root and the number of bodies. `parent`: where on the path its parent follows.
+/// A body on the path from a tie to its roots, or the displacement of a free root, whose column is
+/// that of the root plus the number of bodies. `parent`: index of its parent on the path.
 struct TiePathStep {
   std::uint32_t column, parent;
 };
