@@ -1,7 +1,6 @@
 #pragma once
 /// The articulated solver: joints closed in linear time, conservation of energy and momentum in
-/// free motion, impulses in substeps for bodies in contact, and the rules of [Lee 2000]. See
-/// README.md.
+/// free motion, impulses in substeps for bodies in contact, and the rules of [Lee 2000]: README.md.
 #include "engine/contact/memory.hpp"
 #include "engine/solvers/articulated/island.hpp"
 

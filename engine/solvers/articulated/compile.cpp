@@ -16,7 +16,7 @@ namespace {
 /// A possible anchor of a tree: a link to a kinematic body, or a pin.
 struct Anchorage {
   std::uint32_t body = 0;  // slot of the dynamic body
-  Vec3 anchor{0};          // in it
+  Vec3 anchor{0};          // in the body's frame
   std::uint32_t held_body = kNoSlot, held_pin = kNoSlot, link = kNoSlot;
   Vec3 held_anchor{0};
   int priority = 0;
@@ -180,7 +180,7 @@ std::vector<Anchorage> anchorages_of(const Builder& b, const std::vector<std::ui
 /// Bodies reachable from `start` over links, parents before children, each with its joint.
 struct Visit {
   std::uint32_t slot, link;
-  std::int32_t parent;  // place in the list, or -1
+  std::int32_t parent;  // index in the list, or -1
 };
 std::vector<Visit> walk(const Builder& b, std::uint32_t start) {
   std::vector<Visit> order, stack{{start, kNoSlot, -1}};

@@ -187,9 +187,9 @@ Entity find_unsound(const World& world, const Island& a);
 /// The axis of that coordinate, world; the sign of the own body's rotation about it.
 Vec3 actuated_axis(const PackedJoint& joint, Quat own, Quat parent);
 inline Real sign_of(const PackedJoint& joint) { return joint.own_is_a ? -1 : 1; }
-/// Solves the n equations in tie_matrix for tie_solution, which holds the right-hand side, with
-/// complete pivoting (tie_equations.cpp). Dependent rows get no impulse. False if a number is not
-/// finite.
+/// Solves the n equations in tie_matrix for tie_solution, which holds the right-hand side, by
+/// elimination with diagonal pivots, else partial, else complete pivoting (tie_equations.cpp).
+/// Dependent rows get no impulse. False if a number is not finite.
 bool solve_tie_equations(StepScratch& r, std::size_t n);
 /// The end of a step by any method (step.cpp): stores the state that the next step starts from.
 void remember_step(World& world, Island& a, Real h);

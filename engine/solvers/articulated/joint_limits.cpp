@@ -13,7 +13,7 @@ namespace {
 struct At {
   const PackedJoint& packed;
   Quat a, b;      // joint axes of both bodies, world
-  Quat rotation;  // of b's in a's
+  Quat rotation;  // of b relative to a
 
   At(const PackedJoint& j, Quat own, Quat parent)
       : packed(j),

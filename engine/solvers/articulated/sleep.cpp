@@ -1,4 +1,4 @@
-// Islands at rest on fixed bodies sleep until something wakes them.
+// Sleep of islands at rest: falling asleep, and what wakes them.
 #include <algorithm>
 
 #include "engine/solvers/articulated/articulated.hpp"

@@ -1,5 +1,4 @@
-// Forms groups of touching bodies and trees, writes their results, lets them sleep
-// (step_group.cpp).
+// Finds groups of touching bodies and trees, writes back their steps (step_group.cpp), their sleep.
 #include <algorithm>
 #include <optional>
 #include <utility>
@@ -18,7 +17,8 @@ namespace {
 
 /// Error of Contact::rest at which bodies may fall asleep, as a fraction of the shallow overlap.
 constexpr Real kSettled = 5e-4;
-/// Sleep freezes forces: it waits until speeds fall below this fraction, or for this time, s.
+/// Sleep freezes forces: it waits until speeds fall below this fraction of the sleep speed, or for
+/// this time, s.
 constexpr Real kDead = 1e-3, kPatience = 3;
 /// In a heap, bodies spinning in place may sleep at a spin this many times larger.
 constexpr Real kSpinsInHeap = 10;

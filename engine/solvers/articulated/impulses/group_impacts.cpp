@@ -54,8 +54,7 @@ Vec3 strike(Pair& pair, const GroupContact& c, Real speed) {
 
 /// The impact of two bodies that meet within the substep, at the time of the impact. Free bodies
 /// are moved back so that the new velocity leads through the point of impact. Trees are not moved:
-/// they meet at the start of the substep, at the speed they have there. False if the bodies do not
-/// meet.
+/// they meet at the start of the substep, at their speed there. False if there is no impact.
 bool meet(const Group& g, GroupContact& c, Real h) {
   PANTIN_ASSERT(c.works && c.restitution > 0);
   GroupBody &a = g.a(c), &b = g.b(c);

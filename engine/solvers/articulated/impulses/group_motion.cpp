@@ -15,7 +15,7 @@ constexpr int kMostRounds = 4;
 constexpr Real kNearlyClosed = 1.5;
 /// Smallest fraction of a loop-closing step; it is halved while it would widen the gap.
 constexpr Real kSmallestShare = 0.05;
-/// Relative velocity error of the joints' corrections above which their loss is full.
+/// Change of velocity by joints, relative to the velocity, from which prevented motion is lost.
 constexpr Real kFastWay = 0.05;
 /// rad, in one correction.
 constexpr Real kFarthestTurn = 0.1;

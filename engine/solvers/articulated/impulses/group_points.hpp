@@ -42,7 +42,7 @@ void move(GroupBody& b, Vec3 velocity, Real h);
 int substeps_of(const Group& g, Real h);
 /// If a rim rolls far, all its points become the one lowest point that moves around it.
 void join_rims(const Group& g, Real h);
-/// The springs of contacts in a substep that is part of one of h seconds.
+/// Sets the contact springs for a section s of a substep of h seconds.
 void set_springs(Substep& s, Real h);
 /// Whether trees touch at few points, and no joint has an actuator: their impacts are iterated
 /// further. Motors at their caps would need too many sweeps.

@@ -38,7 +38,7 @@ constexpr Real kDeep = 2;
 /// Fraction of an overlap closed in a step; largest closing speed, sizes of a body per second;
 /// overlap that stays, in sizes of a body.
 constexpr Real kClosed = 0.2, kCloses = 1e-2, kSunk = 1e-6;
-/// Points closing to within this fraction of the speed that weight gives in a step may be active.
+/// Margin of the predicted active set, as a fraction of the speed that weight gives in a step.
 constexpr Real kMayPress = 0.1;
 constexpr int kFirstIterations = 2, kSearchSteps = 40;
 /// Continuation: multiples of the compliance, and iterations with each.

@@ -18,7 +18,7 @@ constexpr int kLeastTreeSubsteps = 2, kLeastAtFewPoints = 3, kMostSubsteps = 32,
 /// rad in a substep, unless that takes too many: rotation of bodies of trees; rotation of a free
 /// body that rolls on a rim, and of its contact around the rim.
 constexpr Real kLargestTurn = 0.5, kLargestRoll = 0.1;
-/// rad: a rim that rolls further in a step has one contact place, unless it leans by less than the
+/// rad: a rim rolling further in a step has one contact place, unless it leans less than the
 /// second.
 constexpr Real kFarAround = 0.5, kFlat = 0.01;
 /// Cosine of the angle between normal and axis from which a rim leans.
@@ -41,8 +41,8 @@ Softness softness_of(Real frequency, Real h) {
   return {omega / a, b / (1 + b), 1 / (1 + b)};
 }
 
-/// The spin of a body in a net, of a round one without that about its axis: a rod on which bodies
-/// slide may rotate far about its axis.
+/// The spin of a body in a net, for slender round bodies without that about the axis: a rod on
+/// which bodies slide may rotate far about its axis.
 Vec3 turning_of(const GroupBody& b) {
   for (int k = 0; k < 3; ++k) {
     const Real x = b.per_inertia[(k + 1) % 3], y = b.per_inertia[(k + 2) % 3];

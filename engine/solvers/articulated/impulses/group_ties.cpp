@@ -25,7 +25,7 @@ Vec3 impulse_of(const GroupTie& t) {
   return t.kind == GroupTie::Kind::cable ? -t.impulse.x * direction_of(t) : t.impulse;
 }
 
-/// Of a spring with a damper: impulse per relative velocity at the end of the substep (implicit).
+/// Implicit stiffness of a spring with a damper: impulse per relative velocity at the end.
 Real stiffness_of(const GroupTie& t, Real h) { return h * (h * t.stiffness + t.damping); }
 
 /// The change of a cable's tension impulse. A slack cable may stretch by its slack in the substep.

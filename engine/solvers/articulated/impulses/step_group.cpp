@@ -27,8 +27,7 @@ constexpr int kMostParts = 6;
 /// m/s: tolerance with rolling friction. Its distribution among points is not unique, and
 /// iterations may go on exchanging it without changing the motion.
 constexpr Real kEnoughOfRolling = 1e-7;
-/// Tolerances relative to 1 m/s plus the speed: one body against fixed ones, few bodies, no
-/// friction.
+/// Tolerances relative to 1 m/s plus the speed: one body, few bodies, few bodies without friction.
 constexpr Real kEnoughAlone = 1e-12, kEnoughOfFew = 1e-6, kEnoughWhereSmooth = 1e-10;
 /// Tolerance relative to the change of the first sweep, of a body alone.
 constexpr Real kOfFirst = 1e-6;

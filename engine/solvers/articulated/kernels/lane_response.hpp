@@ -55,7 +55,7 @@ class LaneResponse : public LaneCableLaws {
   /// The arms of the impulses, and the lanes that are solved.
   struct Solve {
     LaneArms arms;
-    Lane asked;  // 1 for these, else 0
+    Lane asked;  // 1 for solved lanes, else 0
   };
   // Results of the elimination for a body: see BallNodes.
   INLINE MatrixRows factor(std::size_t c, std::size_t i) const {
@@ -167,7 +167,7 @@ class LaneResponse : public LaneCableLaws {
   }
   double* gain_at(std::size_t r) const { return all_.tie_gains + kWide * r; }
   Lane gain(std::size_t r) const { return read<Lane>(gain_at(r)); }
-  /// Lanes in which a cable acts and is asked for.
+  /// Lanes that are solved and in which the cable is active.
   INLINE Mask wanted(const Solve& solve, std::size_t n) const {
     return (num<Lane>(at(n), kCableActs) * solve.asked) > 0.5;
   }
@@ -271,8 +271,7 @@ class LaneResponse : public LaneCableLaws {
       store(gain_at(r), choose(wanted(solve, row(r)) & (ok > 0.5), gain(r), all<Lane>(0)));
   }
 
-  /// Adds the response to the impulses to the motion of the bodies; see respond in
-  /// tie_response.cpp.
+  /// Adds the response to the impulses to the bodies' motion; see respond in tie_response.cpp.
   void respond(LaneArms arms) {
     const std::int32_t* const parents = all_.islands[0].view.parents;
     for (std::size_t i = 0; i < 3 * t_.count; ++i)

@@ -61,8 +61,7 @@ struct Step {
   Carry carry{{0, 0, 0}, 0, 0};
 };
 
-/// One body of the sweep: position of its joint, and its rotation by `rotate`, which knows
-/// the island.
+/// One body of the sweep: position of its joint, and its rotation by `rotate`.
 template <bool chain, class Rotate>
 INLINE void outwards(const Rotate& rotate, const double*& targets, std::size_t i, Step& at) {
   const IslandView& p = rotate.p;

@@ -1,5 +1,4 @@
-// Ties of a substep by the energy-momentum method: their start, and the multipliers stored at the
-// end.
+// Ties of a substep by the energy-momentum method: their start, and their multipliers at the end.
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
@@ -10,8 +9,7 @@ constexpr std::uint32_t kNobody = UINT32_MAX;
 /// as in a net whose corners are moved apart. Compliance lets redundant loops share their load, and
 /// gives a net stretched flat a finite tension.
 constexpr Real kYielding = 0.03;
-/// As a fraction of the island's size: a smaller gap is due to the tie's compliance; its energy
-/// counts.
+/// Fraction of the island's size: a smaller gap is due to a tie's compliance, whose energy counts.
 constexpr Real kClosedGap = 1e-5;
 
 /// Least multiplier of a taut cable, as a fraction of the island's mass times its size.

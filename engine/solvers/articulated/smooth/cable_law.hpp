@@ -19,8 +19,7 @@ inline constexpr double kFollowed = 1e-9;
 /// Relative effect of a cable's change of direction on d, below which one row suffices: the change
 /// of the impulse with the direction is left to the next iteration.
 inline constexpr double kSlight = 0.1;
-/// After so many iterations one cable at a time changes state: the active set could cycle
-/// otherwise.
+/// After so many iterations one cable changes state at a time: else the active set could cycle.
 inline constexpr int kChangeAtOnce = 6;
 
 /// Impulse over half the step that pulls b to a, kg m/s; its derivative by d at the end, by

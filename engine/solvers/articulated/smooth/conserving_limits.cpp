@@ -63,7 +63,7 @@ Real time_of_blow(const ConservingLimit& l, Real h) {
 
 /// rad: largest rotation of an active cone's gradient over the substep, relative to the parent.
 Real bend_of(const StiffStep& s) {
-  constexpr std::size_t kSwing = 2;  // behind the two of the twist
+  constexpr std::size_t kSwing = 2;  // index, after the two limits of the twist
   Real bend = 0;
   for (std::size_t c = 0; c < s.a.joints.size(); ++c) {
     if (!has_limits(s.a, c) || turns_of(s.a.joints[c].joint.kind) != Turns::freely) continue;

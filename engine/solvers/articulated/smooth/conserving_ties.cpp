@@ -4,8 +4,7 @@
 //
 // The unknown of a tie is the impulse mu over half the step. A rigid tie makes d vanish, but for a
 // tiny compliance. The force of an elastic tie depends on d before and after, and its work is the
-// change of the stored energy (a discrete gradient), so energy is conserved exactly. [Gonzalez
-// 1996]
+// change of the stored energy (discrete gradient): energy is conserved exactly. [Gonzalez 1996]
 //
 // A taut inextensible cable keeps the length of d, a quadratic constraint: its force is along the
 // mean of d before and after, and does no work. A cable that would push becomes slack. One that

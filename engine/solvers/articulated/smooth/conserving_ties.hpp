@@ -62,8 +62,7 @@ bool has_to_end_early(const TiedStep& s);
 /// The same for those that became taut in this iteration, so that it can be abandoned early.
 bool is_hit_early(const TiedStep& s);
 
-/// Projects the end velocities to those that ties allow, impacts included: see
-/// ConservingTies::project.
+/// Projects the end velocities to those that ties allow, with impacts: see ConservingTies::project.
 bool project_ties(const TiedStep& s);
 
 }  // namespace pantin::detail::articulated

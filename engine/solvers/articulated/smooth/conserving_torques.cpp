@@ -161,8 +161,7 @@ void add_drive(const StiffStep& s, std::size_t c, const JointEnds& ends) {
   n.damped += by.damping * target_rate(s, c, ends, until);
 }
 
-/// Springs before the limits: the mean force is the change of stored energy per angle (discrete
-/// gradient).
+/// Springs before the limits: the mean force is a discrete gradient of the stored energy.
 void add_soft_zones(const StiffStep& s, std::size_t c, const JointEnds& ends) {
   const PackedJoint& j = s.a.joints[c];
   const JointLimits& limits = *j.joint.limits;

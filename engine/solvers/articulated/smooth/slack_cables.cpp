@@ -8,8 +8,7 @@ constexpr std::uint32_t kNobody = UINT32_MAX;
 /// Fraction of the island's kinetic energy: an impact that dissipates more is resolved in time.
 constexpr Real kMuch = 0.01;
 
-/// m/s: rate of stretch of a cable at the start of the substep. J: the island's kinetic energy
-/// then.
+/// At the start of the substep: rate of stretch of a cable, m/s; kinetic energy of the island, J.
 Real rate_before(const TiedStep& s, const ConservingTie& t) {
   const auto at = [&](std::uint32_t c, Vec3 anchor) {
     const Body& b = s.body(c);

@@ -54,8 +54,7 @@ struct TieRow {
 };
 
 /// A row at a body of its path: the rotation that its impulse causes there, apart from other
-/// bodies' rotations, and the row's gradient by that rotation. At a free root's own entry,
-/// displacements.
+/// bodies, and the row's gradient by that rotation. At a free root's own entry, displacements.
 struct TieShare {
   Vec3 turn, by_turn;
 };

@@ -4,8 +4,7 @@
 // propagates from the root to that point's body. A row of the matrix is the second path taken
 // backwards. An entry is the sum, over the bodies that both paths share, of the row's gradient by
 // the rotation times the rotation by the impulse. [Featherstone 2010, "Exploiting sparsity in
-// operational-space dynamics"] So a row costs the depth of its bodies, not the number of all
-// bodies.
+// operational-space dynamics"] So a row costs the depth of its bodies, not their number.
 #include <algorithm>
 #include <span>
 
@@ -97,8 +96,7 @@ void respond(Island& a, const Nodes& nodes, Arms arms) {
   }
 }
 
-/// A row of the ties' equations: the direction of its impulse, and the component of d it
-/// constrains.
+/// A row of the ties' equations: direction of its impulse, and the component of d it constrains.
 struct AskedRow {
   const ConservingTie& tie;
   Vec3 direction, by;
