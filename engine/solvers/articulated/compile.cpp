@@ -59,7 +59,7 @@ struct Builder {
     const Owner owner = owner_of(partition, slot);
     return owner && owner.solver != kArticulated;
   }
-  /// How much more than a point a joint constrains: such joints are preferred in trees.
+  /// Rank by what a joint has besides its point (axes, limits, motors): trees prefer high ranks.
   int more_than_a_point(std::uint32_t link) const {
     return link == kNoSlot ? 0 : detail::more_than_a_point(world, link);
   }

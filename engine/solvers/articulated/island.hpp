@@ -189,7 +189,7 @@ struct PackedPin {
   Vec3 anchor{0};                        // in the body's frame
   std::uint32_t held_body = UINT32_MAX;  // as in Tree
   std::uint32_t held_pin = UINT32_MAX;
-  std::uint32_t held_link = UINT32_MAX;  // slot in World::links, of a joint to a kinematic body
+  std::uint32_t held_link = UINT32_MAX;  // slot in World::links, if it stands for a joint
   Vec3 held_anchor{0};
   Vec3 target{0}, target_before{0};
   int priority = 0;

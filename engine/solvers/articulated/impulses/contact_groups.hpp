@@ -349,8 +349,8 @@ void stiffen(const Group& g, Real h);
 /// Adds the inertia of pressing bodies while loops are closed; removes it again.
 void press(const Group& g);
 void release(const Group& g);
-/// The rotation of a tree's anchor body at a fraction of the step; that of a node's parent, at a
-/// root of the anchor body, at the start of the substep.
+/// The rotation of a tree's anchor body at a fraction of the step; the rotation of a node's parent
+/// (of a root: of the anchor body) at the start of the substep.
 Quat held_rotation_at(const GroupTree& t, Real fraction);
 Quat parent_rotation(const Group& g, const GroupNode& n);
 /// Updates the motion of a body in a tree.
@@ -359,7 +359,7 @@ void visit(const Group& g, std::uint32_t node);
 void apply(const Group& g, std::uint32_t node, const Wrench& impulse);
 /// The spin of a node relative to its parent, rad/s.
 Vec3 relative_spin(const Group& g, std::uint32_t node);
-/// Its response to an impulse of torque at the joint.
+/// The response of this relative spin to an impulse of torque at the joint.
 Vec3 joint_response(const Group& g, const GroupNode& n, Vec3 along);
 /// Applies an impulse of torque to a node, and the opposite to its parent.
 void apply_at_joint(const Group& g, std::uint32_t node, Vec3 torque);

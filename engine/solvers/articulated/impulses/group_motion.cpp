@@ -15,7 +15,7 @@ constexpr int kMostRounds = 4;
 constexpr Real kNearlyClosed = 1.5;
 /// Smallest fraction of a loop-closing step; it is halved while it would widen the gap.
 constexpr Real kSmallestShare = 0.05;
-/// Change of velocity by joints, relative to the velocity, from which prevented motion is lost.
+/// Relative change of velocity by joints from which the prevented motion is lost in full.
 constexpr Real kFastWay = 0.05;
 /// rad, in one correction.
 constexpr Real kFarthestTurn = 0.1;

@@ -18,8 +18,7 @@ constexpr int kLeastTreeSubsteps = 2, kLeastAtFewPoints = 3, kMostSubsteps = 32,
 /// rad in a substep, unless that takes too many: rotation of bodies of trees; rotation of a free
 /// body that rolls on a rim, and of its contact around the rim.
 constexpr Real kLargestTurn = 0.5, kLargestRoll = 0.1;
-/// rad: a rim rolling further in a step has one contact place, unless it leans less than the
-/// second.
+/// rad: a rim rolling further in a step touches at one point, unless it leans less than the second.
 constexpr Real kFarAround = 0.5, kFlat = 0.01;
 /// Cosine of the angle between normal and axis from which a rim leans.
 /// Cosine below which a body lies on its side and rolls as a drum.

@@ -1,7 +1,6 @@
 #pragma once
 /// Response of the bodies to impulses of cables, vectorised over islands; tie_response.cpp is the
-/// code for one island. A cable that acts in any lane has a row in all lanes; in the other lanes
-/// that row is trivial.
+/// code for one island. A cable active in any lane has a row in all lanes, a trivial one in others.
 #include "engine/solvers/articulated/kernels/lane_cable_laws.hpp"
 
 namespace pantin::detail::articulated {
