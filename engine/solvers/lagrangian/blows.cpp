@@ -1,5 +1,5 @@
-// Which limits and cables take part in an impact: those of the motion of least kinetic energy that
-// all of them allow, with joints closed. Nothing that can only push pulls.
+// Which limits and cables take part in an impact: a complementarity problem whose solution is the
+// admissible motion of least kinetic energy, with joints closed. Unilateral impulses never pull.
 #include <algorithm>
 
 #include "engine/solvers/lagrangian/internal.hpp"
@@ -7,7 +7,7 @@
 namespace pantin::detail::lagrangian {
 namespace {
 
-/// Of the fastest rate: rows that are neither pressed nor left rest against their bounds.
+/// Fraction of the fastest rate: slower rows with no impulse rest against their bounds.
 constexpr Real kAtRest = 1e-9;
 
 void set_motion(Island& m, std::span<const Vec3> twists) {
@@ -18,7 +18,7 @@ void set_motion(Island& m, std::span<const Vec3> twists) {
   }
 }
 
-/// How fast the bound of a row that may be hit is left.
+/// Opening rate of candidate row i, m/s or rad/s.
 Real rate_of_row(const Island& m, std::size_t i) {
   const BlowScratch& s = m.scratch.blow;
   PANTIN_ASSERT(i < s.blocks.size() && s.first_vector.size() == s.blocks.size());
@@ -32,7 +32,8 @@ Real rate_of_row(const Island& m, std::size_t i) {
   return rate;
 }
 
-/// An impulse at it, without joints. Returns by how much an impulse of 1 changes its rate, 1/kg.
+/// Applies an impulse at candidate row i, without joints. Returns the response of its own rate,
+/// 1/kg.
 Real push(Island& m, std::size_t i, Real impulse) {
   const BlowScratch& s = m.scratch.blow;
   PANTIN_ASSERT(i < s.blocks.size() && s.first_vector.size() == s.blocks.size());
@@ -51,7 +52,7 @@ Real push(Island& m, std::size_t i, Real impulse) {
   return own;
 }
 
-/// Notes the rows that may be hit; they bind nothing until it is known which ones are.
+/// Stores the Jacobians of the candidate rows and deactivates them until the impact is solved.
 void set_aside(const World& world, Island& m) {
   BlowScratch& s = m.scratch.blow;
   s.jacobian.clear(), s.first_vector.clear();
@@ -115,7 +116,7 @@ void choose_hit(const World& world, Island& m, std::span<const Real> bias) {
       for (std::size_t i = 0; i < n; ++i)
         s.matrix[i * n + j] = rate_of_row(m, i) - s.bias[i] - after(i);
     }
-    // In impulses that change the row's own rate by `fastest`: symmetric but for rounding.
+    // Scaled to impulses that change each row's own rate by `fastest`: symmetric but for rounding.
     for (std::size_t i = 0; i < n; ++i) {
       s.bias[i] *= s.scale[i];
       for (std::size_t j = 0; j < n; ++j) s.matrix[i * n + j] *= s.scale[i];

@@ -1,4 +1,4 @@
-// Limits and cables that are beyond their bounds before a step, or within it and back.
+// Limits and cables that are beyond their bounds before a substep, or cross them twice within it.
 #include <algorithm>
 
 #include "engine/solvers/lagrangian/integrator.hpp"
@@ -8,10 +8,10 @@ namespace {
 
 /// Residuals below this multiple of the tolerance are rounding.
 constexpr Real kRoundingFactor = 1e3;
-/// Of a part of a step, to find when a cubic passes 0.
+/// Bisection steps for the zero of a cubic.
 constexpr int kHalvings = 30;
 
-/// Those whose bounds may be passed: not surfaces, which look for their places themselves.
+/// Limits and cables. Surface joints track their gaps themselves.
 bool has_bound(const Island& m, std::size_t i) {
   return is_one_sided(m, i) && m.blocks[i].kind != BlockKind::surface;
 }
@@ -27,7 +27,7 @@ bool any_passed(const Island& m) {
   return false;
 }
 
-/// Poses are brought back to the bounds that they are beyond and are leaving.
+/// Projects poses back to the bounds that are violated but opening.
 void close_passed(const World& world, Island& m, const Span& at) {
   StepScratch& scratch = m.scratch;
   std::vector<std::uint32_t>& passed = scratch.blow.passed;
@@ -55,8 +55,7 @@ Real fastest_of(const Island& m) {
   return most;
 }
 
-/// What a limit does between the start of a part of a step and its end, times in parts of it: the
-/// cubic with these values and rates.
+/// Cubic Hermite interpolant of a limit's gap over a substep, with time scaled to 0..1.
 struct Course {
   Real from = 0, to = 0, rate_from = 0, rate_to = 0;
 
@@ -64,7 +63,7 @@ struct Course {
   Real square() const { return 3 * (to - from) - 2 * rate_from - rate_to; }
   Real at(Real t) const { return from + t * (rate_from + t * (square() + t * cube())); }
 
-  /// 0, the times within at which it turns, 1. Returns how many.
+  /// 0, the extrema between, 1. Returns how many.
   int turns(Real times[4]) const {
     int n = 0;
     times[n++] = 0;
@@ -77,13 +76,13 @@ struct Course {
     times[n++] = 1;
     return n;
   }
-  /// Where it falls below the bound first.
+  /// The first crossing below the bound.
   Passing find_passing() const {
     Real times[4];
     const int n = turns(times);
     for (int k = 0; k + 1 < n; ++k) {
       if (!(at(times[k]) >= -kLimitTolerance) || !(at(times[k + 1]) < -kLimitTolerance)) continue;
-      Real low = times[k], high = times[k + 1];  // a part that is not empty ends at the latter
+      Real low = times[k], high = times[k + 1];  // high is the guess: never 0
       for (int i = 0; i < kHalvings; ++i) {
         const Real middle = 0.5 * (low + high);
         (at(middle) >= 0 ? low : high) = middle;
@@ -119,7 +118,7 @@ Passing find_passing(const World& world, Island& m, Real h) {
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     if (!s.is_near[i] || m.memory[i].active) continue;
     const Real end = m.scratch.c[m.blocks[i].first_row];
-    const bool comes_back = s.rate[i] < 0;  // that it falls is seen at the end, too
+    const bool comes_back = s.rate[i] < 0;  // otherwise the gap at the end shows the crossing
     if (!comes_back && end >= -kLimitTolerance) continue;
     const Passing one =
         Course{std::max(Real(0), s.gap[i]), end, h * s.rate[i], h * opening_rate(world, m, i)}

@@ -1,4 +1,4 @@
-// Limits and cables: one unilateral row each.
+// Limits, cables and unilateral surface joints: one row each, with events, impacts and release.
 #include <algorithm>
 
 #include "engine/solvers/lagrangian/integrator.hpp"
@@ -8,22 +8,24 @@ namespace {
 
 /// Slower impacts are inelastic, m/s or rad/s.
 constexpr Real kRestitutionThreshold = 1e-3;
-/// Impulses that change speeds by less are none, m/s.
+/// m/s: impulses that change speeds by less are ignored.
 constexpr Real kNoSpeed = 1e-9;
-/// Of a step: limits and cables that are hit within that time of one another are hit at once. Which
-/// comes first of what is alike on both sides is rounding.
+/// Fraction of a step: limits and cables that are reached within this time are hit together. On
+/// symmetric mechanisms rounding alone would decide which is hit first.
 constexpr Real kTogether = 1e-3;
 /// Impacts per step with restitution; later ones are inelastic (Zeno behaviour).
 constexpr int kMaxBounces = 4;
-/// Hits of one limit in a step after which it is not left any more within that impact.
+/// Hits of one limit in a step after which an impact leaves it closed.
 constexpr int kMostHits = 2;
-/// Bounds on halvings of the time at which a pair turns over, on events per step, on search steps
-/// per event, and on attempts per step.
-constexpr Real kLiftTolerance = 1e-6;  // of the force at the start: where it counts as 0
+/// Fraction of the force at the start: the multiplier counts as 0.
+constexpr Real kLiftTolerance = 1e-6;
+/// Bounds on bisections for the time at which a pair changes, on events per step, on search steps
+/// per event, on attempts per step, on retries with penetrating contacts held, and on sweeps per
+/// step.
 constexpr int kMaxCuts = 26, kMaxEvents = 40, kMaxSearches = 16, kMaxAttempts = 60, kMaxHolds = 4,
               kMaxSweeps = 24;
 
-/// Clearance of the nearest inactive limit, or what is left of a slip; negative if one is violated.
+/// Least clearance of the inactive limits, or slip speed left; negative if a limit is violated.
 Real clearance(const Island& m) {
   Real least = 1e300;
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
@@ -34,7 +36,7 @@ Real clearance(const Island& m) {
   return least;
 }
 
-/// Deactivates limits with a pulling force. True if any was.
+/// Deactivates unilateral rows with a tensile multiplier. True if any was.
 bool release_pulling(Island& m) {
   bool any = false;
   Real scale = 0;
@@ -47,14 +49,14 @@ bool release_pulling(Island& m) {
   return any;
 }
 
-/// Limits that pull open; friction that does not suffice gives way. True if any did.
+/// Releases rows that pull and friction that would exceed mu N. True if any was.
 bool give_way(Island& m) {
   const bool pulled = release_pulling(m);
   return yield_holding(m, m.mean_lambda) || pulled;
 }
 
-/// The same impact with the friction of what slips in it, from scratch.start; its force that
-/// presses is a part of what is solved.
+/// Repeats the impact from scratch.start with the friction of slipping contacts, which depends on
+/// the normal impulse being solved for.
 void rub(Island& m, const std::vector<Real>& bias) {
   StepScratch& scratch = m.scratch;
   scratch.part_h = 0;
@@ -74,7 +76,7 @@ void rub(Island& m, const std::vector<Real>& bias) {
   });
 }
 
-/// Whether an impulse at what bears, or of its friction, is more than `least`, N s.
+/// Whether an impulse of a unilateral row or of friction exceeds `least`, N s.
 bool any_hits(const Island& m, Real least) {
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     const Block& b = m.blocks[i];
@@ -85,15 +87,15 @@ bool any_hits(const Island& m, Real least) {
   return false;
 }
 
-/// Whether a bound that nothing holds is reached.
+/// Whether an inactive unilateral row has reached its bound.
 bool is_reached(const Island& m, std::size_t i) {
   const Block& b = m.blocks[i];
   return is_one_sided(m, i) && !m.memory[i].active && m.scratch.c[b.first_row] <= kLimitTolerance &&
          !(b.kind == BlockKind::surface && m.scratch.touching[b.first_place].has_let_go);
 }
 
-/// Bounds that are reached, and those that will be at once, may be hit. Whether any is hit in a
-/// blow.
+/// Activates the bounds that are reached now or within BlowScratch::together. Returns whether any
+/// is approached fast enough for an impact.
 bool list_hit(const World& world, Island& m) {
   BlowScratch& s = m.scratch.blow;
   s.early.clear();
@@ -105,19 +107,19 @@ bool list_hit(const World& world, Island& m) {
     const Real rate = surface ? 0 : opening_rate(world, m, i);
     if (!reached && m.scratch.c[m.blocks[i].first_row] > -rate * s.together) continue;
     m.memory[i].active = true;
-    // What begins to bear is reached again and again till it is known what does, but not hit.
+    // A slow approach may be detected repeatedly until the active set settles; it is no impact.
     const bool strikes = surface || rate < -kRestitutionThreshold;
     ++(strikes ? s.hits : s.touches)[i];
     blow = blow || strikes;
     if (!reached) s.early.push_back(i);
-    // Friction stops what it can.
+    // Friction sticks at first.
     if (m.rubs && i + 1 < m.blocks.size() && m.blocks[i + 1].kind == BlockKind::roll)
       m.memory[i + 1].active = true;
   }
   return blow;
 }
 
-/// How fast the limits that are hit are left, m/s or rad/s, by row.
+/// Rates after the impact at the limits that are hit, m/s or rad/s, by row.
 void find_rates_after(const World& world, const Island& m, Impact kind, std::span<Real> bias) {
   std::fill(bias.begin(), bias.end(), 0.0);
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
@@ -145,7 +147,7 @@ void resolve_impacts(const World& world, Island& m, Impact kind) {
   write_all_rows(world, m, {true, false});
   find_rates_after(world, m, kind, bias);
   if (!m.rubs) choose_hit(world, m, bias);
-  // Limits that are hit in turn, ever faster, come to rest on all of them.
+  // Limits that are hit in turn at ever shorter intervals all stay active.
   const auto rests = [&](std::size_t i) {
     return is_one_sided(m, i) &&
            scratch.blow.hits[i] + (blow ? 0 : scratch.blow.touches[i]) > kMostHits &&
@@ -160,7 +162,7 @@ void resolve_impacts(const World& world, Island& m, Impact kind) {
     if (m.rubs) find_rates_after(world, m, kind, bias);
     scratch.start.v = scratch.state.v, scratch.start.w = scratch.state.w;
     project_twists(m, bias);
-    // Where nothing hits, rounding is all that friction would follow.
+    // Without an impulse, friction would follow rounding errors.
     const bool rubs = m.rubs && any_hits(m, least);
     if (rubs) rub(m, bias);
     bool pulled = rubs && yield_holding(m, scratch.lambda, least);
@@ -205,8 +207,8 @@ void begin_active_set(const World& world, Island& m) {
 
 namespace {
 
-/// The longest part of `length` that can be taken, s, and takes it: where a pair of curves turns
-/// over to another. 0: none.
+/// Bisects for the longest feasible substep up to `length`, s, and takes it: there a pair of curves
+/// is replaced by another. 0: none.
 template <class Attempt>
 Real until_turned(Island& m, const Attempt& attempt, Real length) {
   const Real row_residual = m.scratch.worst_relative_residual;
@@ -215,15 +217,15 @@ Real until_turned(Island& m, const Attempt& attempt, Real length) {
     const Real middle = 0.5 * (low + high);
     (attempt(middle) ? low : high) = middle;
   }
-  m.scratch.worst_relative_residual = row_residual;  // parts that are not taken tell nothing
+  m.scratch.worst_relative_residual = row_residual;  // attempts that are rejected do not count
   return low > 0 && attempt(low) ? low : 0;
 }
 
-/// Times between which what is above 0 at the first and below at the second crosses it: regula
-/// falsi, Illinois variant.
+/// Times that bracket the zero of a function that falls from above 0 to below: regula falsi,
+/// Illinois variant.
 struct Bracket {
   Real low = 0, high = 0, at_low = 0, at_high = 0;
-  int side = 0;  // where the last one was put
+  int side = 0;  // end that was replaced last
 
   Real crossing() const { return low + (high - low) * at_low / (at_low - at_high); }
   void narrow(Real time, Real value) {
@@ -239,10 +241,9 @@ struct Bracket {
   }
 };
 
-/// The part of a step of `of.whole` that is being tried: from of.from, of.h long.
-///
-/// Where what bears presses at its start and pulls in its mean, or friction holds at its start and
-/// takes too much in its mean: the time after which that is so, s, taken. Else 0.
+/// `of` is the substep being tried. If a unilateral row presses at its start and pulls in the mean,
+/// or friction sticks at its start and exceeds mu N in the mean, finds the time of the change, s,
+/// and takes the substep up to it. Else 0.
 template <class Attempt>
 Real until_let_go(const World& world, Island& m, const Span& of, const Attempt& attempt) {
   StepScratch& scratch = m.scratch;
@@ -262,13 +263,12 @@ Real until_let_go(const World& world, Island& m, const Span& of, const Attempt& 
   return attempt(times.high) ? times.high : 0;
 }
 
-/// A part of a step: what clearance there was at its start, how long it is, s, and when times are
-/// alike.
+/// A substep: the clearance at its start, its length, s, and the resolution of times, s.
 struct Part {
   Real at_start = 0, length = 0, alike = 0;
 };
-/// The time of the first event in a part that has been taken, s, taken: where a bound is passed, at
-/// its end or before. No event: the whole part. 0: it cannot be.
+/// The time of the first event in a substep that has been taken, s, where a bound is crossed at its
+/// end or before; takes the step up to it. No event: the whole length. 0: failure.
 template <class Attempt>
 Real until_event(const World& world, Island& m, const Part& part, const Attempt& attempt) {
   const Real at_end = clearance(m);
@@ -299,9 +299,8 @@ Real until_event(const World& world, Island& m, const Part& part, const Attempt&
   return attempt(times.high) ? times.high : 0;
 }
 
-/// How long parts of a step are where joints have cones. Thin rods that slide along one whip about
-/// their axes within milliseconds, and bounds that they pass meanwhile and come back from would not
-/// be seen at the ends of longer parts.
+/// Length of substeps where joints have cones. Thin rods that slide along a cone whip about their
+/// axes within milliseconds. Longer substeps would miss bounds that are crossed and left again.
 class Pace {
  public:
   Pace(const Island& m, Real h) : m_(m), h_(h), longest_(h) {
@@ -309,10 +308,9 @@ class Pace {
       bounds_ = bounds_ || (b.kind == BlockKind::limit && b.coordinate == Coordinate::swing);
   }
   bool bounds() const { return bounds_; }
-  /// s; `left` of the step.
+  /// Longest substep, s, when `left` remains of the step.
   Real longest(Real left) const { return left - longest_ < kRest * h_ ? left : longest_; }
-  /// Shortens a part that was taken until the spins change by little in it. False: one could not be
-  /// taken.
+  /// Shortens a substep until no angular velocity changes by much in it. False: one failed.
   template <class Take>
   bool shorten(const Take& take, Real& length) {
     if (!bounds_) return true;
@@ -328,8 +326,8 @@ class Pace {
   }
 
  private:
-  /// rad/s, times the step: the most that a change of spin turns a body by in a part; parts of a
-  /// step at most; of a step, less than which is not left over.
+  /// Largest change of angular velocity times the substep, rad/s times the step; most substeps per
+  /// step; smallest remainder, as a fraction of the step.
   static constexpr Real kBent = 0.12, kParts = 256, kRest = 1e-3;
   static constexpr int kTries = 8;
 
@@ -345,7 +343,7 @@ class Pace {
   bool bounds_ = false;
 };
 
-/// What a step begins with: the gaps, and nothing hit.
+/// Records the gaps at the start of a step; no limit has been hit yet.
 void note_start(Island& m, Real h) {
   BlowScratch& s = m.scratch.blow;
   s.together = kTogether * h;
@@ -360,7 +358,7 @@ bool any_reached(const Island& m) {
   return false;
 }
 
-/// A part that was taken, as far as surfaces at places that nobody looks at meet within it.
+/// A substep, cut where surfaces meet at an untracked pair.
 struct Met {
   Real length = 0;  // s
   int sweeps = 0;   // of the step so far
@@ -407,7 +405,8 @@ bool advance_among_limits(World& world, Island& m, Real h) {
       ++attempts;
       scratch.state = scratch.begin, scratch.impulses = scratch.impulses_before;
       scratch.pulled_at = 1e300;
-      // What an attempt comes to, where a side lies down flat, depends on its length only.
+      // An attempt must be a function of its length alone: the bisection for a change of pair
+      // relies on that.
       const bool alike = again && scratch.turned_over > 0;
       if (alike) m.mean_lambda = scratch.lambda_before;
       if (alike || m.touches.empty()) m.rescues = rescues;  // surfaces: Euler keeps the step
@@ -421,7 +420,7 @@ bool advance_among_limits(World& world, Island& m, Real h) {
       if (!may_turn_over(world, m)) return false;
       const int counted = attempts;
       turned = true, length = until_turned(m, attempt, length);
-      attempts = counted;  // of the search for a time, one
+      attempts = counted;  // the bisection counts as one
       return length > 0;
     };
     if (!take() || !(turned || pace.shorten(take, length))) return false;

@@ -1,5 +1,5 @@
-// Events of surfaces that touch, besides where one comes down: when what bears lifts off, and when
-// what rolls begins to slip; what ends a step within another where it did not come nearer.
+// Events of surface joints besides impacts: when a contact opens, and when rolling begins to slip.
+// Also corrects steps that end in penetration although the surfaces did not approach.
 #include <algorithm>
 
 #include "engine/solvers/lagrangian/integrator.hpp"
@@ -12,7 +12,7 @@ namespace {
 constexpr Real kClosingSpeed = 1e-3;
 /// m: tolerance of penetration, as of limits.
 constexpr Real kPenetration = 1e-9;
-/// Of the largest force: less is rounding.
+/// Fraction of the largest force; smaller forces are rounding.
 constexpr Real kForceRounding = 1e-9;
 
 bool may_lift(const Island& m, std::size_t block) {
@@ -23,9 +23,9 @@ bool is_within(const Island& m, std::size_t block) {
          m.scratch.c[m.blocks[block].first_row] < -kPenetration;
 }
 
-/// Far from 0, N.
+/// N: stands for "no limit here".
 constexpr Real kNothing = 1e300;
-/// What is left of what presses, or pulls tight, at a block, or of its friction, N or N m.
+/// Force left before a unilateral row becomes tensile, or before its friction slips, N or N m.
 Real left_of(const Island& m, std::size_t block, std::span<const Real> lambda) {
   if (is_one_sided(m, block) && is_active(m, block)) return lambda[m.blocks[block].first_row];
   return grip_left(m, block, lambda);
@@ -37,7 +37,7 @@ Real largest(std::span<const Real> forces) {
   return most;
 }
 
-/// How fast the two bodies come apart at a pair, m/s, at the rows of now.
+/// Opening speed of the two bodies at a pair, m/s, with the current rows.
 Real opening_speed(const Island& m, const Block& b) {
   const SurfaceFound& found = m.scratch.touching[b.first_place];
   const auto velocity = [&](std::size_t k, Vec3 point) {
@@ -62,7 +62,7 @@ void note_ends(Island& m, Real end) {
   const std::span<const Real> before = m.scratch.lambda_before;
   const Real rounding = kForceRounding * largest(before);
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
-    // From the mean of a step to its end is half of the way from mean to mean.
+    // The force at the end of a step is extrapolated from the means of the last two steps.
     const Real left = left_of(m, i, m.mean_lambda);
     if (left < kNothing && left < left_of(m, i, before) - left - rounding)
       m.scratch.pulled_at = end;

@@ -1,7 +1,7 @@
-// Coulomb's friction where surfaces touch. While it holds, the rows of rolling bind; while they
-// slip a force mu N acts against the slip, N the force of the gap's row, of which it is a part
-// itself. What holds gives way where it would take more than mu N; a slip ends where its speed
-// passes zero.
+// Coulomb friction of surface joints. While friction sticks, the rolling rows are constraints.
+// While it slips, a force mu N opposes the slip; N is the multiplier of the gap row and depends on
+// that force in turn. Sticking ends when the force needed exceeds mu N; sliding ends when the slip
+// speed crosses zero.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -11,24 +11,24 @@
 namespace pantin::detail::lagrangian {
 namespace {
 
-/// m/s: slower slip has the way that it had.
+/// m/s: slower slip keeps its last direction.
 constexpr Real kStill = 1e-9;
-/// m/s: slower slip is none, and so is what is left across the way of a slip that ends, in parts of
-/// what it was.
+/// m/s: slower slip counts as none. kAcross: fraction of the slip speed that may remain across the
+/// direction of a slip that ends.
 constexpr Real kNoSlip = 1e-6, kAcross = 0.02;
-/// What may be missing of a force of friction, relative to the largest force.
+/// Residual of the friction forces, relative to the largest force.
 constexpr Real kGripTolerance = 1e-13;
 
 bool has_friction(const Island& m, std::size_t block) {
   return m.blocks[block].kind == BlockKind::roll && !m.blocks[block].lock;
 }
-/// A slip against which friction acts; of its block of rolling.
+/// Whether a rolling block slips against friction.
 bool slips(const Island& m, std::size_t block) {
   PANTIN_ASSERT(block < m.blocks.size());
   return has_friction(m, block) && !m.memory[block].active && is_active(m, block - 1);
 }
 
-/// Adds a force of friction of `size` at a place to forces and torques, two a body.
+/// Adds a friction force of magnitude `size` to forces and torques, two a body.
 void add_friction(const Island& m, const Block& roll, Real size, std::span<Vec3> force) {
   PANTIN_ASSERT(roll.kind == BlockKind::roll && 2 * m.count() <= force.size());
   const SurfaceFound& found = m.scratch.touching[roll.first_place];
@@ -40,7 +40,7 @@ void add_friction(const Island& m, const Block& roll, Real size, std::span<Vec3>
   }
 }
 
-/// How a slips on b at present, m/s.
+/// Slip velocity of a on b, m/s.
 Vec3 slip_of(const Island& m, const Block& roll) {
   const SurfaceFound& found = m.scratch.touching[roll.first_place];
   Vec3 v(0);
@@ -52,9 +52,9 @@ Vec3 slip_of(const Island& m, const Block& roll) {
   return v - glm::dot(v, found.normal) * found.normal;
 }
 
-/// m/s: as slow as a slip may be for its way to be followed. Friction ends what slips across that
-/// way within a time of `slip / deceleration`; where this is less than the part of the step that is
-/// taken, the way turns as in an implicit step.
+/// m/s: below this slip speed the direction of friction lags, as in an implicit step. Friction ends
+/// slip across the direction `way` within `slip / deceleration` seconds, which is then less than
+/// the substep.
 Real fast_enough(const Island& m, const Block& roll, Vec3 way) {
   const SurfaceFound& found = m.scratch.touching[roll.first_place];
   const Vec3 across = glm::cross(found.normal, way);
@@ -68,7 +68,7 @@ Real fast_enough(const Island& m, const Block& roll, Vec3 way) {
   return m.scratch.part_h * roll.bound * found.grip * mobility;
 }
 
-/// The way of a slip that had the way `before`.
+/// The direction of a slip that had the direction `before`.
 Vec3 way_of(const Island& m, const Block& roll, Vec3 slip, Vec3 before) {
   const Real speed = glm::length(slip);
   const Real lag =
@@ -77,7 +77,7 @@ Vec3 way_of(const Island& m, const Block& roll, Vec3 slip, Vec3 before) {
   return glm::normalize(slip + lag * (before - glm::dot(before, normal) * normal));
 }
 
-/// The way that friction acts against. Past the end of a slip it acts as before: the end is an
+/// Sets the direction that friction opposes. It keeps its sign within a substep: reversal is an
 /// event.
 void aim(Island& m, const Block& roll) {
   SurfaceFound& found = m.scratch.touching[roll.first_place];
@@ -92,7 +92,7 @@ void aim(Island& m, const Block& roll) {
   found.along = length > 0.5 ? way / length : Vec3(0);
 }
 
-/// The force of rolling rows on a.
+/// The force of the rolling rows on a.
 Vec3 held_by(const Island& m, const Block& roll, std::span<const Real> lambda) {
   const SurfaceFound& found = m.scratch.touching[roll.first_place];
   PANTIN_ASSERT(roll.rows <= std::size(found.tangent));
@@ -152,7 +152,7 @@ void end_slips(Island& m, Real tolerance) {
     const std::uint32_t place = m.blocks[i].first_place;
     const Vec3 slip = slip_of(m, m.blocks[i]);
     const Real speed = glm::length(slip);
-    // What turns and ends again in the same step would go on to do so.
+    // A slip that reverses and ends again in this step would chatter; it sticks.
     const bool turns = ++m.scratch.touching[place].ends > 1;
     if (turns || speed <= std::max(kNoSlip, kAcross * m.scratch.touching[place].slip_before))
       m.memory[i].active = true, m.scratch.touching[place].holds = SurfaceFound::Holds::anyway;
@@ -220,7 +220,7 @@ void add_slip_forces(Island& m) {
 }
 
 Real raise_grips(Island& m, Real h, std::span<Vec3> load) {
-  // Where what presses surfaces together passes 0, it is the difference of larger forces.
+  // Where the normal force crosses 0, it is the difference of larger forces.
   Real most = 0, change = 0;
   for (std::size_t b = 0; m.rubs && b < m.count(); ++b)
     most = std::max(most, glm::length(load[2 * b]) / h);

@@ -1,4 +1,4 @@
-// Where surfaces touch: which pairs are followed, when all are looked at again, what ends them.
+// Tracked pairs of surface joints: which are tracked, when all pairs are searched, what ends them.
 //
 // A surface joint that may lift off tracks several local minima of the gap. Each has a row of its
 // own, active or not, so that a minimum that comes nearer is met in time. A minimum that a search
@@ -15,17 +15,18 @@ namespace {
 using nurbs::ContactStatus;
 using Pair = nurbs::CommonNormal;
 
-/// Searches in a step for pairs in place of lost ones.
+/// Searches per step for a pair to replace a lost one.
 constexpr int kMostLooks = 4;
-/// In a step: a box rocks from one end of a side to the other before it lies.
+/// Changes of pair per step: a box rocks from one end of a side to the other before it settles.
 constexpr int kMostTurns = 24;
-/// m: by so much another pair has to be deeper to take the place of one that bears.
+/// m: another pair replaces an active one only if it is deeper by more than this.
 constexpr Real kDeeper = 1e-9;
-/// Of its surface, and of what rolling brings: farther than a touch may come in a part of a step.
+/// Largest travel of a contact point in a substep: a fraction of its surface's size, and a multiple
+/// of what rolling brings.
 constexpr Real kLeap = 0.1, kRolled = 2;
-/// rad: of a normal, besides what its rate and turning bodies bring.
+/// rad: largest error of a normal that is extrapolated by its rate and the rotation of the bodies.
 constexpr Real kBend = 0.2;
-/// Steps that are looked ahead for what comes near.
+/// Steps ahead within which approaching pairs are looked for.
 constexpr Real kAhead = 2;
 
 Pose a_in_b(const World& world, const SurfaceContact& c) {
@@ -34,7 +35,7 @@ Pose a_in_b(const World& world, const SurfaceContact& c) {
   return compose(inverse(b), a);
 }
 
-/// Places that came to the same pair are one.
+/// Slots that converged to the same pair are merged.
 void merge(const Spots& s) {
   const SurfaceContact& c = s.contact();
   for (std::size_t i = 0; i < s.count; ++i)
@@ -47,15 +48,15 @@ void merge(const Spots& s) {
     }
 }
 
-/// The gap at a place as the bodies stand; far away where it is none any more.
+/// The gap of a tracked pair at the current poses; infinite if the pair is lost.
 Real gap_now(const Spots& s, std::size_t n, const Pose& at) {
   const SurfaceContact& c = s.contact();
   const Pair now = track_pair(c, at, s.memory(n).touch.at);
   return now.status == ContactStatus::found ? now.gap : std::numeric_limits<Real>::infinity();
 }
 
-/// Where a pair that was found goes: a free place, else that of the farthest pair that does not
-/// bear and is farther, else, of one place only, the one that bears if it is deeper. None: count.
+/// The slot for a new pair: a free one, else that of the farthest inactive pair beyond it. With one
+/// slot, an active pair is replaced if the new one is deeper. None: count.
 std::size_t place_for(const Spots& s, const Pair& pair, const Pose& at) {
   for (std::size_t n = 0; n < s.count; ++n)
     if (s.is_open(n)) return n;
@@ -69,7 +70,7 @@ std::size_t place_for(const Spots& s, const Pair& pair, const Pose& at) {
   return worst;
 }
 
-/// How fast any place of a may come nearer to b's surface, m/s, at most.
+/// Upper bound of the speed at which any point of a may approach b's surface, m/s.
 Real approach_of(const Spots& s) {
   const SurfaceContact& c = s.contact();
   const Body &a = s.world.bodies[c.a], &b = s.world.bodies[c.b];
@@ -80,7 +81,7 @@ Real approach_of(const Spots& s) {
   return glm::length(v) + glm::length(spin) * extent_of(c.on_a);
 }
 
-/// Looks at all pairs of a contact; those that no place follows yet take places, the nearest first.
+/// Searches all pairs of a contact; those not tracked yet take slots, the nearest first.
 void search(const Spots& s, const Pose& at, Real h) {
   const SurfaceContact& c = s.contact();
   bool any_known = false;
@@ -126,7 +127,7 @@ void begin(const Spots& s) {
     one.known = true, one.touch = {c.at, {}, s.world.time, 0};
 }
 
-/// Whether all pairs are to be looked at.
+/// Whether all pairs are to be searched.
 bool wants_search(const Spots& s, const Pose& at) {
   const SurfaceContact& c = s.contact();
   bool any_open = false, is_unsure = false;
@@ -143,13 +144,13 @@ bool wants_search(const Spots& s, const Pose& at) {
   const Moved since = moved(s.memory(0).searched, at);
   const bool is_due = is_far(since, c);
   if (!c.lifts) return is_due;
-  // Where one place bears, nothing tells of another that comes near but the search.
+  // With a single slot that is active, only a search reveals another pair that comes near.
   const bool is_urgent = s.count == 1 && since.most(c) > kSearchWay * smaller_size(c);
   return is_unsure || is_due || is_urgent;
 }
 
-/// Of what may lift off, pairs where the gap is not least any more bear nothing. Whether one that
-/// bore was among them.
+/// Drops tracked pairs of unilateral joints at which the gap is no longer a minimum. Returns
+/// whether an active one was among them.
 bool forget_saddles(const Spots& s) {
   bool any_bore = false;
   for (std::size_t n = 0; n < s.count; ++n)
@@ -177,7 +178,7 @@ void find_touches(const World& world, Island& m, Real h) {
       if (s.count > 1) merge(s);
       const bool looks = wants_search(s, at), bore = forget_saddles(s);
       if (looks) search(s, at, h);
-      // What touched has no place any more that is nearest: it touches all along a line.
+      // The active pair has no minimum left: the surfaces touch along a line.
       fits = bore && !any_known(s);
     } else if (wants_search(s, at)) {
       search(s, at, h);
@@ -195,7 +196,7 @@ void find_touches(const World& world, Island& m, Real h) {
 
 namespace {
 
-/// A place of a surface in its frame, and its outward normal; 0 of a curve in space.
+/// A point of a surface in its frame, and its outward normal; 0 for a curve in space.
 struct PlaceOn {
   Vec3 at{0}, normal{0};
 };
@@ -207,7 +208,7 @@ PlaceOn place_on(const ContactSurface& s, const nurbs::Place& at) {
   const nurbs::Jet jet = s.skin->face(at.face).at(at.u, at.v);
   return {jet.s, glm::normalize(glm::cross(jet.u, jet.v))};
 }
-/// Of a, against b's.
+/// The same on a, with the normal opposed to that of b.
 PlaceOn place_on_a(const SurfaceContact& c, const nurbs::Place& at) {
   PlaceOn place = place_on(c.on_a, at);
   place.normal = c.on_a.curve && c.on_b.skin ? Vec3(0) : -place.normal;
@@ -277,7 +278,7 @@ void look_for_touches(const World& world, Island& m, Real h) {
   for_each_contact(world, m, [&](const Spots& s) {
     for (std::size_t n = 0; n < s.count; ++n) {
       s.memory(n).touch = m.scratch.state.touches[s.first + n];
-      // Pairs that ended make room.
+      // Pairs that ended free their slots.
       if (s.contact().lifts && !s.bears(n) && has_ended(s, n)) s.memory(n).known = false;
     }
     search(s, a_in_b_now(s), h);
@@ -294,7 +295,7 @@ bool release_lost(const World& world, Island& m) {
   const std::uint32_t source = m.touch_sources[scratch.lost_touch];
   const SurfaceContact& c = world.surface_contacts.values()[source];
   SurfaceMemory& memory = m.touches[scratch.lost_touch];
-  // What may lift off has other pairs, which are looked for.
+  // A unilateral joint has other pairs, which are searched.
   if (c.lifts && scratch.lost_how == ContactStatus::lost && scratch.relooked < kMostLooks) {
     memory.is_least = false, scratch.lost_touch = UINT32_MAX, ++scratch.relooked;
     return true;
@@ -342,7 +343,7 @@ SurfaceSpot spot_of(const Spots& s, std::size_t n) {
 
 namespace {
 
-/// Without rates of their own, places go on as they did.
+/// Extrapolates the parameter rates by differences, for methods that do not compute them.
 void guess_rates(const Spots& s, std::size_t n) {
   const SurfaceCoordinates& before = s.memory(n).touch;
   SurfaceCoordinates& now = s.m.scratch.state.touches[s.first + n];

@@ -1,5 +1,5 @@
-// Contacts of surfaces whose gap follows from other rows: an impulse along the normal moves nothing
-// then, with all other joints closed.
+// Finds surface joints whose gap row is redundant: with all other joints closed, an impulse along
+// the normal does not open the gap.
 #include <algorithm>
 
 #include "engine/solvers/lagrangian/internal.hpp"
@@ -7,7 +7,7 @@
 namespace pantin::detail::lagrangian {
 namespace {
 
-/// Of what an impulse changes without joints: less is rounding.
+/// Fraction of the response without joints; less is rounding.
 constexpr Real kNothing = 1e-6;
 
 bool is_held_to_roll(const Island& m, std::size_t block) {
@@ -15,8 +15,8 @@ bool is_held_to_roll(const Island& m, std::size_t block) {
   return b.kind == BlockKind::surface && m.touch_ways[b.first_place].a && is_active(m, block);
 }
 
-/// By how much an impulse of 1 along the row of a gap opens it, with the joints of the rows as they
-/// are, as a part of what it does without joints.
+/// Response of the gap to a unit impulse along its row, with the joints of the current rows, as a
+/// fraction of the response without joints.
 Real part_that_opens(const World& world, Island& m, const Block& gap) {
   StepScratch& scratch = m.scratch;
   Vec3 row[4];

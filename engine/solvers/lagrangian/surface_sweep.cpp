@@ -1,19 +1,19 @@
-// Surfaces that may lift off have come into one another within a step, where no place follows them
-// or only on the way.
+// Unilateral surface joints: finds penetration within a step at pairs that are not tracked, or that
+// occurs only between the start and the end.
 #include "engine/solvers/lagrangian/surface_spots.hpp"
 
 namespace pantin::detail::lagrangian {
 namespace {
 
-/// Of the smaller surface: so far apart are the poses on the way that are looked at, and at most so
-/// many. Half of that is the radius of a ball, within which near and far sides are told apart.
+/// Spacing of the sampled poses, as a fraction of the smaller surface, and their largest number.
+/// Half the spacing is the radius of a ball within which near and far sides are told apart.
 constexpr Real kStride = 0.25;
 constexpr int kMostStrides = 400;
-/// m: deeper is within.
+/// m: a deeper gap is a penetration.
 constexpr Real kWithin = 1e-9;
-/// Parts of a step, attempts included, after which it is looked at.
+/// Substeps of a step, attempts included, after which penetration is checked.
 constexpr int kManyParts = 8;
-/// Of the smaller surface: what is deeper at the end of a step has sunk in.
+/// Fraction of the smaller surface: a deeper penetration at the end of a step is a failure.
 constexpr Real kSunk = 1e-4;
 
 Pose between(const Pose& from, const Pose& to, Real part) {
@@ -22,18 +22,18 @@ Pose between(const Pose& from, const Pose& to, Real part) {
           glm::slerp(from.rotation, to.rotation, part)};
 }
 
-/// Whether nothing can be met unseen: there is one pair, which is followed.
+/// Whether no contact can be missed: there is one pair, and it is tracked.
 bool is_sure(const Spots& s) {
   const SurfaceContact& c = s.contact();
   bool any_open = false;
   for (std::size_t n = 0; n < s.count; ++n) any_open = any_open || !s.memory(n).is_over();
   if (!c.lifts || !any_open) return true;
-  // One place goes over to deeper pairs at the next search.
+  // A single slot moves over to deeper pairs at the next search.
   return s.count == 1 && s.memory(0).known && (is_convex(c) || s.bears(0)) && !has_ended(s, 0);
 }
 
 enum class Seen : std::uint8_t { no, followed, bears };
-/// Whether a pair found on the way is one that a place follows.
+/// Whether a pair found by the sweep is tracked, and active.
 Seen seen(const Spots& s, const Pose& at, const nurbs::CommonNormal& pair) {
   const SurfaceContact& c = s.contact();
   Seen best = Seen::no;
@@ -46,14 +46,14 @@ Seen seen(const Spots& s, const Pose& at, const nurbs::CommonNormal& pair) {
   return best;
 }
 
-/// The way of a contact in the last part of a step.
+/// The relative motion of a contact in the last substep.
 struct Way {
   Pose from, to;
-  Real length = 0;  // m, of the farthest place of a
+  Real length = 0;  // m, of the farthest point of a
   int strides = 1;
 };
 
-/// Looks at one pose on the way. Returns the least gap, m, and whether anything was met.
+/// Samples one pose of the motion: the least gap, m, and whether an untracked contact was found.
 struct Look {
   Real least = 0;
   bool met = false;
@@ -77,7 +77,7 @@ Look look_at(const Spots& s, const Way& way, int stride) {
   return out;
 }
 
-/// The part of the way after which a contact has met something unseen, or 2.
+/// The fraction of the motion after which an untracked contact penetrates, or 2.
 Real part_of(const Spots& s) {
   if (is_sure(s)) return 2;
   const SurfaceContact& c = s.contact();
@@ -101,9 +101,9 @@ Real part_of(const Spots& s) {
   return 2;
 }
 
-/// Whether surfaces are deep within one another after a step that leaves room for it: what touched
-/// before bears nowhere any more, or the step was cut into many parts. One place that bears goes
-/// over to a deeper pair at the next search.
+/// Whether surfaces penetrate deeply after a step in which this may have been missed: no pair that
+/// touched before is active any more, or the step took many substeps. A single active slot is
+/// exempt: it moves over to a deeper pair at the next search.
 bool has_sunk(const Spots& s) {
   const SurfaceContact& c = s.contact();
   bool touched = c.touches, any_bears = false;

@@ -4,13 +4,13 @@
 //   rolling  J = [ t, r_a x t, -t, -(r_b x t) ]     gamma = -(t'.v + t.b)    two tangents t
 //   spin     J = [ 0, n, 0, -n ]                    gamma = -n'.w
 //
-// Curves of the plane that are held to roll have come along both by the same way: there, rolling
-// binds poses. Where axes hold the bodies, as of gears, the gap alone would not: at the ends of
-// elliptical ones it does not change to first order.
-//
 // with n the outward normal of b, r from the mass centres to the points, v and w the relative
-// velocities there, b = w_a x r_a' - w_b x r_b'. The gap is where it is least or greatest, so its
-// row needs no rate of the places; gamma does.
+// velocities there, b = w_a x r_a' - w_b x r_b'. The gap is stationary in the four parameters, so
+// its row needs no parameter rates; gamma does.
+//
+// Planar curves that are held to roll have rolled equal arc lengths on both, so this row constrains
+// poses. Gears on fixed axes need it: at the vertices of elliptical gears the gap is stationary in
+// the rotation, so the gap row alone would not hold them.
 #include <algorithm>
 
 #include "engine/nurbs/curve_pair.hpp"
@@ -33,7 +33,7 @@ nurbs::Moving moving_pair(const SurfaceContact& c, const nurbs::CurveMotion& of)
                       : nurbs::moving_on_face(*c.on_a.curve, *c.on_b.skin, of);
 }
 
-/// Parameters moved on by their rates, kept within the domain.
+/// Extrapolates the parameters by their rates, clamped to the domain.
 nurbs::PlacePair predicted(const SurfaceContact& c, const SurfaceCoordinates& t, Real time) {
   nurbs::PlacePair to = t.at;
   const auto go = [&](const ContactSurface& s, nurbs::Place& place, const Real* rate) {
@@ -49,7 +49,7 @@ nurbs::PlacePair predicted(const SurfaceContact& c, const SurfaceCoordinates& t,
   return to;
 }
 
-/// Frames are placed by their matrix: see Euler.
+/// Euler's step moves frames by their rotation matrix, so a moving frame is read from it.
 Pose pose_of(const Island& m, std::uint32_t body) {
   const BodyState& at = m.scratch.body_states[body];
   const bool has_rotation = body < m.count() || at.angular_velocity == Vec3(0);
@@ -87,8 +87,8 @@ nurbs::Twist twist_of(const Contact3& k) {
           back * (k.a.angular_velocity - k.b.angular_velocity)};
 }
 
-/// A tangent and its rate as seen from b: across the normal, along an axis of b or, of curves of
-/// the plane, within that.
+/// A tangent and its rate as seen from b: across the normal, towards an axis of b; for planar
+/// curves, within their plane.
 struct Tangent {
   Vec3 t{0}, rate{0};
 };
@@ -116,13 +116,13 @@ void clear_rows(Island& m, const Block& b) {
   std::fill_n(&m.scratch.c[b.first_row], b.rows, 0.0);
 }
 
-/// The block of the rolling that goes with one of a gap, or null.
+/// The rolling block that follows a gap block, or null.
 const Block* roll_of(const Island& m, std::size_t block) {
   const bool has = block + 1 < m.blocks.size() && m.blocks[block + 1].kind == BlockKind::roll;
   return has ? &m.blocks[block + 1] : nullptr;
 }
 
-/// Where they touch now; the places are kept. False: nowhere near the last place.
+/// Tracks the pair to the current poses and stores its parameters. False: the pair is lost.
 bool follow(Island& m, const Contact3& k, std::size_t block, Pair& now) {
   const Block& b = m.blocks[block];
   StepScratch& scratch = m.scratch;
@@ -159,7 +159,7 @@ void note_turning(const Contact3& k, const nurbs::Moving& moving, SurfaceFound& 
   found.knows_rate = true;
 }
 
-/// gamma of the rows, and the rates of the places.
+/// gamma of the rows, and the parameter rates.
 void write_gammas(Island& m, const Contact3& k, std::size_t block, const Pair& now) {
   const Block& b = m.blocks[block];
   const Block* roll = roll_of(m, block);
@@ -243,7 +243,7 @@ void write_surface(const World& world, Island& m, std::size_t block, Want want) 
   if (memory.is_over() || !memory.known) return bind_nothing(kGapWhereApart);
   const Contact3 k = contact_at(world, m, b);
   Pair now;
-  // Surfaces apart that are not followed further are as far as they were.
+  // The gap of an inactive pair that is no longer tracked keeps its last value.
   const bool near = follow(m, k, block, now);
   if (near) {
     found.on_b = to_world(k.surface_b, now.on_b), found.normal = k.surface_b.rotation * now.normal;
