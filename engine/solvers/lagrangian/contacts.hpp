@@ -1,5 +1,6 @@
 #pragma once
-/// Contacts of exact bodies: what contacts.cpp, contact_points.cpp and contact_solve.cpp share.
+/// Contacts of bodies of this solver: declarations of contacts.cpp, contact_points.cpp and
+/// contact_solve.cpp.
 #include "engine/solvers/lagrangian/internal.hpp"
 
 namespace pantin::detail::lagrangian {
@@ -7,23 +8,24 @@ namespace pantin::detail::lagrangian {
 /// Finishes the step of `h` seconds with the contacts of all islands; writes bodies and contacts.
 void resolve_contacts(World& world, Real h);
 
-// Where things touch (contact_points.cpp).
+// Contact points (contact_points.cpp).
 
-/// Fills the scratch with points, ends, members and groups; the islands concerned are at the end of
-/// their step, limits aside, which become points.
+/// Fills the scratch with points, ends, members and groups. The islands concerned are at the end of
+/// their step, except that limits become points.
 void gather_contacts(World& world, Real h);
-/// In how many parts the bodies of a group take their step: more than one where loose ones roll on
-/// their rims, whose points go around.
+/// Substeps that the bodies of a group take: more than one where loose bodies roll on their rims,
+/// whose contact points travel around.
 int parts_of(const World& world, const ContactGroup& g);
-/// Points of a rim that stay on their body become the one that goes around: it is the deepest.
+/// Merges the points of a rim that are fixed to the body into the travelling one: it is the
+/// deepest.
 void join_rims(const ContactGroup& g);
-/// Gaps and arms where the bodies are now.
+/// Recomputes gaps and arms at the current poses.
 void place_points(World& world, const ContactGroup& g);
 /// Speeds and accelerations of the points, after place_points.
 void find_speeds(const World& world, const ContactGroup& g);
-/// The response of the ends of a member to one another.
+/// Computes the responses between the ends of a member.
 void find_responses(World& world, const GroupMember& member);
-/// The response of every point to itself, after those of the members.
+/// Computes the response of every point to itself, after those of the members.
 void find_own_responses(World& world, const ContactGroup& g);
 /// Adds the force of an end along its axes, or of a limit, to two vectors a body.
 void add_end_force(const ContactScratch& r, const ContactEnd& end, Vec3 along,
@@ -31,50 +33,50 @@ void add_end_force(const ContactScratch& r, const ContactEnd& end, Vec3 along,
 
 // Rolling and spinning friction (contact_rolling.cpp).
 
-/// Adds a point of torques for every two bodies that have it, after their contacts.
+/// Adds one point of torques for each pair of bodies with rolling friction, after their contacts.
 void list_rolling(const World& world, ContactScratch& r, Real h);
-/// Where the contacts of each are, once points are sorted.
+/// Finds the contacts of each pair, once points are sorted.
 void find_rolling_points(ContactScratch& r);
 bool is_any_closed(const ContactScratch& r, const RollingAt& all);
-/// N s: of the torques, over the arm.
+/// Bounds on the torques divided by the arm, N s.
 contact::RollingBounds rolling_bounds(const ContactScratch& r, const RollingAt& all);
-/// The speed of such a point: that of turning, over the arm.
+/// Relative angular velocity times the arm, as the speed of such a point.
 Vec3 rolling_speed(const World& world, const ContactScratch& r, const ContactPoint& p);
-/// 1/kg: what a body would give way by to it without joints.
+/// Response of a body without joints to such a point, 1/kg.
 Real free_rolling(const Island& m, std::uint32_t column, const RollingAt& all);
-/// The impulse `torque` of such a point, all others as they are, that stops what it can.
+/// The impulse of such a point, from `torque`, that stops the rolling as far as its bounds allow.
 Vec3 solve_rolling(const ContactScratch& r, const ContactPoint& p, Vec3 torque);
 
-// What solves them (contact_solve.cpp).
+// Solvers (contact_solve.cpp).
 
-/// The islands' responses as the iterations see them.
+/// Operators of the islands' responses, as the iterations use them.
 struct Couplings {
   ContactScratch& scratch;
   const ContactGroup& group;
-  /// An impulse, and what it displaces, along the axes of a point.
+  /// Applies an impulse, or the displacement it causes, along the axes of a point.
   void push(const ContactPoint& p, Vec3 impulse) const;
   void displace(const ContactPoint& p, Vec3 shift) const;
 };
-/// Impulses of restitution: bodies that meet within the step, one pair after the other.
+/// Restitution: bodies that collide within the step, pair by pair.
 void collide(const Couplings& with);
-/// Impulses that hold at the end of the step, and what they displace. False: not within the
-/// tolerance.
+/// Solves for the impulses that act at the end of the step, and the displacements they cause.
+/// False: the tolerance is not reached.
 bool hold(const Couplings& with);
-/// The same of what is closed already, from what it holds, after its speeds were found anew.
+/// The same for contacts that are closed already, warm-started, after their speeds were recomputed.
 bool hold_on(const Couplings& with);
 /// The largest tangential response of a point to itself.
 Real softest_of(const Mat3& response);
-/// Whether the bodies can turn about the normal at all.
+/// Whether the bodies can rotate about the normal at all.
 bool can_spin(const Mat3& response);
-/// The impulse at which the whole speed of a point ends.
+/// The impulse that stops a point completely.
 Vec3 stop(const Mat3& response, Vec3 free);
-/// What closed points are from their impulses as each one alone would have it, N s.
+/// Residual, N s: largest difference of closed points from the impulse that each alone would have.
 Real error_of(const Couplings& with);
-/// Newton's method from the impulses as they are (contact_newton.cpp): the best that it finds.
-/// Whether that is within the tolerance, N s. `attempt` counts the calls for the same points.
+/// Newton's method from the current impulses (contact_newton.cpp); keeps the best iterate. Returns
+/// whether it meets the tolerance, N s. `attempt` counts the calls for the same points.
 bool polish(const Couplings& with, Real tolerance, int attempt);
-/// Displacements that are still needed to open closed points. Returns the deepest overlap beyond
-/// what may stay, m.
+/// Displacements that still separate closed points. Returns the deepest overlap beyond the allowed
+/// one, m.
 Real open_overlaps(const Couplings& with);
 
 }  // namespace pantin::detail::lagrangian

@@ -12,8 +12,8 @@
 
 namespace pantin::detail::lagrangian {
 
-/// Asserts how an island is packed, and what an elimination takes for granted; nothing where builds
-/// are not checked (invariants.cpp).
+/// Assert the layout of an island, and the preconditions of an elimination; empty in unchecked
+/// builds (invariants.cpp).
 void assert_packed(const Island& m);
 void assert_factorable(const KktPattern& p);
 
@@ -29,8 +29,8 @@ struct Want {
 
 /// Forward kinematics: rotation matrices and world inertia from `scratch.state`.
 void update_kinematics(Island& m);
-/// Inverses of inertia with moments of at least the part `least` of the body's largest; until
-/// update_kinematics().
+/// Recomputes the inverse inertia with moments of at least `least` times the body's largest; valid
+/// until update_kinematics().
 void thicken(Island& m, Real least);
 /// Evaluates the rows of all blocks. Inactive limits have a zero Jacobian.
 void write_all_rows(const World& world, Island& m, Want want);
@@ -49,10 +49,9 @@ struct OppositeForces {
 };
 /// Adds equal and opposite forces at points of two bodies to scratch.force.
 void add_pair_force(Island& m, const BodyPairForce& p, const OppositeForces& forces);
-/// After the spring pins of an island were listed.
+/// Counts the spring pins at each body (BodyPairForce::beside), once they are listed.
 void count_pins(Island& m);
-/// Adds those of spring pins: at the current state, or as they are at the end of
-/// scratch.forces_over.
+/// Adds the forces of spring pins: at the current state, or as at the end of scratch.forces_over.
 void add_pin_forces(const World& world, Island& m);
 /// Adds joint forces at the current state to scratch.force.
 void add_joint_forces(const World& world, Island& m);
@@ -62,12 +61,12 @@ struct Stiffness {
   /// Whether explicit integration by `h` is unstable.
   bool is_long(Real h) const { return h * h * spring + 2 * h * damper > 4; }
 };
-/// The most parts that a step is divided into before another integrator takes it.
+/// Substeps that a step is divided into at most, before another integrator takes it.
 inline constexpr int kMostParts = 64;
 Stiffness stiffness_of(const World& world, const Island& m);
-/// Likewise of spring pins, at most, at the current kinematics.
+/// An upper bound of the same for spring pins, at the current kinematics.
 Stiffness stiffness_of_pins(const World& world, const Island& m);
-/// Likewise of drives and soft stops.
+/// The same for drives and soft stops.
 Stiffness stiffness_of_torques(const World& world, const Island& m);
 /// Joint forces as rows: forces into `requested`, compliances into scratch.weights. `by_way` and
 /// `by_speed` are the derivatives of coordinate and rate by the unknown acceleration.
@@ -81,19 +80,20 @@ void write_joint_force_rows(const World& world, Island& m, std::span<Real> reque
 ///
 ///   rate + impulse / (h (h k + c)) = (effort + c rate_before) / (h k + c)
 void write_joint_force_rows_at_end(const World& world, Island& m, std::span<Real> right, Real h);
-/// Torque of a joint's drive and soft stops on its body b, N m, at the current state, minus its
-/// derivatives by a turn and by a spin of b relative to a, and axes along which these act.
+/// Torque of a joint's drive and soft stops on its body b, N m, at the current state. Also minus
+/// its derivatives by rotation and angular velocity of b relative to a, and the axes along which
+/// these act.
 struct JointTorque {
   Vec3 torque{0};
   Mat3 stiffness{0}, damping{0};
   Vec3 axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 };
 JointTorque torque_of(const World& world, const Island& m, const BodyPairForce& joint);
-/// Adds those of all joints to scratch.force: at the current state, or as they are at the end of
+/// Adds the torques of all joints to scratch.force: at the current state, or as at the end of
 /// scratch.forces_over.
 void add_joint_torques(const World& world, Island& m);
-/// Slopes of the forces of all compliant rows at the current state, by row: N/m and N s/m, or
-/// N m/rad and N m s/rad; and what a force on a row accelerates it by, 1/kg or 1/(kg m^2).
+/// Slopes of the forces of all compliant rows at the current state, by row: N/m and N s/m, or N
+/// m/rad and N m s/rad. Mobility: acceleration by a unit force on the row, 1/kg or 1/(kg m^2).
 struct ForceSlopes {
   std::span<Real> stiffness, damping, mobility;
 };
@@ -112,14 +112,14 @@ inline const Vec3* jacobian_of(const Island& m, const Block& b) {
 }
 
 /// Assembles the matrix into scratch.values and the diagonal of J M^-1 J^T into scratch.scales,
-/// since rows of lengths and of angles may differ in scale.
-/// `share` of a body's inverse mass, by body; or none, where all of it counts.
+/// since rows of lengths and of angles may differ in scale. `share`: fraction of each body's
+/// inverse mass that counts; none: all of it.
 void assemble(Island& m, std::span<const Real> share = {});
 /// Factors J M^-1 J^T at the current rows; the second also lists redundant rows in m.faults.
 void factor(Island& m);
 void factor_and_report(Island& m);
-/// By row, how nearly the factor finds it dependent on those before it: its scale over its pivot; 0
-/// where it is off or compliant.
+/// By row, its scale over its pivot in the factor: large if it nearly depends on the rows before
+/// it. 0 where it is inactive or compliant.
 void note_dependence(const Island& m, std::span<Real> by_row);
 /// Rank and redundant rows of islands with hubs, by a pattern without hubs. Slow, hence only when
 /// the motion begins.
@@ -145,10 +145,10 @@ Real solve(Island& m, const Known& known, const Unknowns& found, Real tolerance 
 
 /// Multipliers only, without refinement: (J M^-1 J^T) lambda = right with the current factor.
 void solve_lambda(Island& m, std::span<const Real> right, std::span<Real> lambda);
-/// Takes from multipliers what moves no body, with the current factor; scratch.solution and
-/// scratch.right are overwritten. Where rows are dependent, residuals of second order disagree, and
-/// the regularised factor makes large multipliers of that. They move nothing as long as the
-/// Jacobian is the same, but everything in the next step.
+/// Removes the part of the multipliers that moves no body, with the current factor; overwrites
+/// scratch.solution and scratch.right. If rows are dependent, second-order residuals contradict
+/// each other and the regularised factor turns them into large multipliers. With an unchanged
+/// Jacobian these move nothing, but they disturb the next step.
 void keep_moving_part(Island& m, std::span<Real> lambda);
 
 /// A substep that begins `from` seconds after the start of the step and lasts `h`; the step lasts
@@ -174,31 +174,30 @@ bool project(const World& world, Island& m, Real part, Real whole);
 /// Projects twists only; `bias` holds the required rates by row, or is empty.
 void project_twists(Island& m, std::span<const Real> bias);
 
-/// Whether the step took so many factorisations that no part of it is halved again, nor the step
-/// repeated.
+/// Whether the step took so many factorisations that it is neither divided further nor repeated.
 inline bool is_dear(const Island& m) { return m.solves > 4000; }
 
 /// Advances by the requested time. Where no substep is short enough it falls back to Euler, which
 /// dissipates but is stable; as a last resort joints may stay open a little.
 bool advance(const World& world, Island& m, const Span& span);
 
-/// Initial active set: limits that are reached and not being left, at the current rows.
+/// Initial active set: limits that are reached and not opening, at the current rows.
 void begin_active_set(const World& world, Island& m);
 /// A step with limits: to the first event, then the remainder.
 bool advance_among_limits(World& world, Island& m, Real h);
 
-/// A copy of an island as at the start of a step, where nothing has been stepped yet.
+/// Prepares a copy of an island as at the start of a step, before any step was taken.
 void place_for_inspection(const World& world, Island& m, Real h);
 
 /// Residuals below this bound count as zero.
 Real tolerance_of(const Island& m);
 Real worst_residual(const Island& m);
 bool is_active(const Island& m, std::size_t block);
-/// Takes over the state of an earlier build by the bodies and blocks of an island (carry_over.cpp).
+/// Takes over the state of an earlier compilation, by bodies and blocks (carry_over.cpp).
 void carry_memory(const World& world, std::vector<Island>& before, Island& m);
 /// The length of a cable as a row, m (cables.cpp).
 void write_cable_length(const World& world, const Island& m, const Block& block, RowsOut out);
-/// After a step: counts the turns of cables on their pulleys, and lists those that are wrong.
+/// After a step: counts the turns of cables on their pulleys, and lists inconsistent ones.
 void follow_cables(World& world, Island& m, Real h);
 /// A span of a belt as a row, m (belts.cpp).
 void write_belt(const World& world, const Island& m, std::size_t block, RowsOut out);
@@ -210,75 +209,75 @@ struct BeltEnd {
 };
 /// Its angle now, rad.
 Real belt_angle(const World& world, const Island& m, const BeltEnd& of);
-/// After a step: where belts are, and their tensions.
+/// After a step: stores the positions and tensions of belts.
 void follow_belts(World& world, Island& m);
 /// Adds the forces of elastic cables over guides.
 void add_path_forces(const World& world, Island& m);
-/// Finds the places of contacts of surfaces that are not known, or may be other ones by now, at
-/// the start of a step of `h` (surface_places.cpp).
+/// Finds the contact points of surface joints that are unknown or outdated, at the start of a step
+/// of `h` (surface_places.cpp).
 void find_touches(const World& world, Island& m, Real h);
-/// Whether a pair of curves that was lost in this part of a step may give way to another one there:
-/// a side that lies down flat.
+/// Whether a pair of curves that was lost in this substep may be replaced by another: a side that
+/// becomes a face contact.
 bool may_turn_over(const World& world, Island& m);
-/// Whether a contact that touched before the step has sunk into the other surface where no place
-/// tells: it is lost (surface_sweep.cpp).
+/// Whether a contact that was active before the step penetrates at an untracked pair: it is lost
+/// (surface_sweep.cpp).
 bool any_sank(const World& world, Island& m);
-/// Looks at all pairs again, where the bodies are now.
+/// Searches all pairs at the current poses.
 void look_for_touches(const World& world, Island& m, Real h);
-/// Where surfaces touch on either at the start of a part of a step; and whether they have come so
-/// far along one since that the part is too long: a normal that turns fast is a blow.
+/// Records the contact points on both surfaces at the start of a substep; and whether they have
+/// travelled too far since. A fast rotation of the normal acts like an impact, so the substep is
+/// too long.
 void note_touches(const World& world, Island& m);
 bool touches_leap(const World& world, Island& m, Real h);
-/// How the normal of a contact turns as seen from either body, where no gamma told of it.
+/// Rates of a contact's normal as seen from either body, if no gamma has computed them.
 void find_turning(const World& world, Island& m, std::size_t block);
-/// The pair near `from`, of surfaces or curves.
+/// Tracks the pair from `from`, of surfaces or curves.
 nurbs::CommonNormal track_pair(const SurfaceContact& contact, const Pose& a_in_b,
                                const nurbs::PlacePair& from);
-/// Finds the contacts whose gap follows from their rolling and all other joints, as that of gears
-/// on fixed axes does.
+/// Finds the surface joints whose gap follows from rolling and all other joints, as for gears on
+/// fixed axes.
 void find_following_gaps(const World& world, Island& m, Real h);
-/// The rows of a contact of surfaces, and of its rolling.
+/// Writes the rows of a surface joint, and of its rolling.
 void write_surface(const World& world, Island& m, std::size_t block, Want want);
-/// Rows of rolling bind nothing.
+/// Clears the rows of rolling that constrain velocities only.
 void clear_rolling(Island& m);
-/// The contact that was lost in the step lets go, if its joint says so.
+/// Releases the surface joint that was lost in the step, if its joint says so.
 bool release_lost(const World& world, Island& m);
-// Friction where surfaces touch (surface_friction.cpp). `block` is of rolling, `lambda` by row.
+// Friction of surface joints (surface_friction.cpp). `block` is of rolling, `lambda` by row.
 
-/// At the current rows: what slips, slips; the rest holds.
+/// Initial state at the current rows: contacts with slip velocity slip, the others stick.
 void begin_slips(Island& m);
-/// At the start of a part of a step of `h`: friction acts against the slips as they are now.
+/// At the start of a substep of `h`: friction opposes the current slip.
 void turn_slips(Island& m, Real h);
 /// The same within an impact.
 void aim_slips(Island& m);
-/// m/s: how fast it slips along the way of its slip; below 0 where that has ended. Far from 0
-/// where nothing slips.
+/// m/s: slip speed along the slip direction; below 0 after its reversal. 1e300 where nothing slips.
 Real slip_left(const Island& m, std::size_t block);
 bool has_slip_ended(const Island& m, std::size_t block, Real tolerance);
-/// Slips of no more than `tolerance` along their ways have ended: they hold, or go on in another.
+/// Ends slips of no more than `tolerance` along their direction: they stick, or change direction.
 void end_slips(Island& m, Real tolerance);
-/// What holds by more than friction can, and by more than `least`, gives way; what gave way and
-/// does not slip holds. True: any.
+/// Lets contacts slip where sticking needs more than mu N plus `least`. Contacts that started to
+/// slip in this substep, but in the wrong direction, stick again. True: any changed.
 bool yield_holding(Island& m, std::span<const Real> lambda, Real least = 0);
-/// N: what friction may still take where it holds; far from 0 where it does not, or holds anyway.
+/// N: mu N minus the friction force while it sticks; 1e300 if it slips, or sticks at any force.
 Real grip_left(const Island& m, std::size_t block, std::span<const Real> lambda);
-/// What holds gives way, against the force that held it.
+/// Starts to slip, against the force of sticking.
 void give_way_at(Island& m, std::size_t block, std::span<const Real> lambda);
-/// What presses the surfaces together, from forces or impulses. Returns by how much that is other
-/// than before where they slip, relative.
+/// Sets the normal forces of friction from multipliers or impulses. Returns their largest change
+/// where contacts slip, relative.
 Real set_grips(Island& m, std::span<const Real> lambda);
-/// Adds the friction of what slips to scratch.force.
+/// Adds the friction of slipping contacts to scratch.force.
 void add_slip_forces(Island& m);
-/// Adds to `load`, two vectors a body, what friction changes by as scratch.lambda tells, forces
-/// times `h`. Returns by how much, N; 0 where that does not count.
+/// Updates friction to the multipliers in scratch.lambda: adds the change, times `h`, to `load`,
+/// two vectors a body. Returns the largest change, N; 0 if it is negligible.
 Real raise_grips(Island& m, Real h, std::span<Vec3> load);
-/// Takes all friction from `load` again: what slips is jammed, and holds in the next attempt.
+/// Removes all friction from `load`: slipping contacts jam, and stick in the next attempt.
 void jam_slips(Island& m, Real h, std::span<Vec3> load);
-/// Solutions for the friction of a step.
+/// Iterations for the friction of a step.
 inline constexpr int kMostGrips = 40;
-/// Those after which friction that still grows jams.
+/// Iterations after which friction that still grows jams.
 inline constexpr int kSureGrips = 4;
-/// Solves anew until friction agrees with what presses surfaces together.
+/// Solves repeatedly until friction agrees with the normal forces.
 template <class Solve>
 void settle_grips(Island& m, Real h, std::span<Vec3> load, const Solve& solve_again) {
   Real before = 0;
@@ -293,89 +292,90 @@ void settle_grips(Island& m, Real h, std::span<Vec3> load, const Solve& solve_ag
   }
 }
 
-// Events where surfaces touch (surface_events.cpp).
+// Events of surface joints (surface_events.cpp).
 
-/// After a substep: the end of the first one that, in the mean, pulls at what may lift off or takes
-/// more than friction gives.
+/// After a substep: records the end of the first one whose mean has a tensile unilateral row, or
+/// friction beyond mu N.
 void note_pulls(Island& m, const Span& span);
-/// The same where one may do so at `end`, that of what was taken: as the forces go on that changed
-/// from scratch.lambda_before.
+/// The same if that is to be expected at `end`, the end of the substeps taken: extrapolates the
+/// change of forces since scratch.lambda_before.
 void note_ends(Island& m, Real end);
-/// The least that is left, in the present state, of what presses surfaces together and of friction
-/// that holds, N; below 0 where one pulls, or takes more than friction gives.
+/// The least margin in the present state, N: of compressive multipliers, and of friction that
+/// sticks. Below 0 where one is tensile, or friction exceeds mu N.
 Real least_left(const World& world, Island& m, Real part, Real whole);
-/// Those with least left bear no more, or slip.
+/// Releases the contacts with the least margin, or lets them slip.
 void let_go(const World& world, Island& m, Real part, Real whole);
-/// What ends within another bears in the next attempt. True: any.
+/// Activates penetrating contacts for the next attempt. True: any.
 bool hold_within(Island& m);
-/// How fast surfaces come apart at the start of a part of a step.
+/// Records the opening speeds of surfaces at the start of a substep.
 void note_openings(Island& m);
-/// Euler falls by g h^2 where others fall by half of that, so what leaves a surface that bends away
-/// ends within it. Where neither start nor end of the part came nearer its pose is set back, and
-/// what that lifts is paid. False: it cannot be.
+/// Euler falls by g h^2, the exact motion by half of that, so a contact that leaves a curved
+/// surface would end in penetration. Where the surfaces approach neither at the start nor at the
+/// end, poses are projected back and the energy gained is removed. False: failure.
 bool set_back(const World& world, Island& m, const Span& span);
 
-// What surfaces meet on their way (surface_sweep.cpp).
+// Contacts at untracked pairs within a step (surface_sweep.cpp).
 
-/// Where they stand at the start of a part of a step.
+/// Records the relative poses at the start of a substep.
 void note_sweep(const World& world, Island& m);
-/// After which part of it surfaces that may lift off are within one another where no place tells of
-/// it: 1 at its end, where none follows them; less on the way; 2: nowhere.
+/// Fraction of the substep after which unilateral surfaces penetrate at an untracked pair, or at a
+/// tracked one before the end. 2: nowhere.
 Real met_unseen(const World& world, Island& m);
 
-/// Results of contacts of surfaces, to the World.
+/// Writes the results of surface joints to the World.
 void write_back_touches(World& world, Island& m);
-/// Their forces alone, which contacts have changed.
+/// Writes their forces alone, which contacts have changed.
 void write_back_touch_forces(World& world, Island& m);
 // Impacts (limits.cpp, blows.cpp).
 
 /// A limit violated by less counts as reached, m or rad.
 inline constexpr Real kLimitTolerance = 1e-9;
 
-/// Whether impacts return a part of the speed, as the joints say, or none.
+/// Whether impacts restore a fraction of the speed, as the joints say, or none.
 enum class Impact : std::uint8_t { with_restitution, inelastic };
 /// Impact at the limits reached, for the whole island at once.
 void resolve_impacts(const World& world, Island& m, Impact kind);
-/// The same within a step: the first ones with restitution.
+/// The same within a step: the first impacts with restitution.
 void hit(const World& world, Island& m);
-/// Of the active unilateral rows, which are written, those that are hit stay active, `bias` being
-/// the rates after the impact; scratch.blow.resting are those that it does not leave.
+/// Selects which active unilateral rows, already written, are hit and stay active; `bias` holds the
+/// rates after the impact. scratch.blow.resting lists the rows that stay in contact.
 void choose_hit(const World& world, Island& m, std::span<const Real> bias);
 void allocate_blows(Island& m);
 
-// Bounds that are passed (bounds.cpp).
+// Bounds that are crossed (bounds.cpp).
 
-/// How fast a limit or cable that binds nothing opens, m/s or rad/s.
+/// Opening rate of an inactive limit or cable, m/s or rad/s.
 Real opening_rate(const World& world, Island& m, std::size_t block);
-/// A part of a step begins on its constraints: where contacts, or an event too many, left limits
-/// and cables beyond their bounds, these are hit now and closed. Multipliers of poses would make
-/// speed of it. False: it cannot be.
+/// Starts a substep on its constraints. Contacts, or too many events, may have left limits and
+/// cables beyond their bounds: these are hit now and closed. Otherwise multipliers of poses would
+/// turn the violation into speed. False: failure.
 bool begin_on_bounds(const World& world, Island& m, const Span& at);
-/// What limits and cables do at the start of a part of a step of `h`.
+/// Records gaps and rates of limits and cables at the start of a substep of `h`.
 void note_bounds(const World& world, Island& m, Real h);
-/// When a limit passes its bound in a part of a step, in parts of its length, as its ends tell: it
-/// falls from `low`, where it is `at_low`, to `high`. Beyond 1: none does.
+/// Where a limit crosses its bound within a substep, as fractions of its length, by interpolation
+/// of both ends. It falls from `low`, where its gap is `at_low`, to `high`. Guess beyond 1: none
+/// crosses.
 struct Passing {
   Real low = 0, high = 1, guess = 2, at_low = 0;
 };
-/// The first one in a part of `h`, now at its end.
+/// The first one in a substep of `h`, now at its end.
 Passing find_passing(const World& world, Island& m, Real h);
 
-/// Unilateral rows: cables, limits that are not locks, surfaces that may lift off.
+/// Unilateral rows: cables, limits that are not locks, surface joints that may lift off.
 inline bool is_one_sided(const Island& m, std::size_t block) {
   const Block& b = m.blocks[block];
   return ((b.kind == BlockKind::limit || b.kind == BlockKind::surface) && !b.lock) ||
          b.kind == BlockKind::cable;
 }
-/// J, of the bodies of an island in this motion.
+/// Kinetic energy of the bodies of an island in this state, J.
 Real kinetic_energy(const Island& m, const Motions& s);
-/// Whether nothing that the island is joined to moves.
+/// Whether everything that the island is joined to is at rest.
 bool stands_on_rest(const Island& m);
-/// Takes from the motion what the projection lifted, where nothing else can have paid for it:
-/// `before` is the kinetic energy before, J. False: there was not as much, or the step of a free
-/// island, whose momentum stays as it is, gained and is to be cut.
+/// Removes from the kinetic energy what the projection added as potential energy, unless something
+/// else may have paid for it. `before`: kinetic energy before, J. False: there is too little, or a
+/// free island gained energy (its momentum is kept, so the step must be cut).
 bool pay_projection(Island& m, Real before);
-/// scratch.state of the World's bodies, back to them.
+/// Writes scratch.state of the bodies back to the World.
 void write_back(World& world, const Island& m);
 /// Finite, and at most 1e12 m, 1e9 m/s and 1e9 rad/s.
 bool is_within_bounds(const Motions& motions, std::size_t body);

@@ -30,20 +30,20 @@ enum class BlockKind : std::uint8_t {
   belt,     // a span of a belt
   limit,    // one side of a limited coordinate; a row only while it is active
   cable,    // a cable: a row only while it is taut
-  surface,  // the gap of two surfaces that touch; where they may lift off: only while they bear
-  roll,     // of the block before: no slip and no spin there; no constraint of poses unless it is
-            // holonomic. With friction only while it holds: BlockMemory::active
+  surface,  // gap of two surfaces in contact; if unilateral, a row only while it is active
+  roll,     // of the block before: no slip and no spin there. Constrains poses only if holonomic.
+            // With friction, a row only while it sticks: BlockMemory::active
   spring,   // a joint force treated implicitly (Euler, implicit, radau)
-  // The same of what else is elastic (radau).
+  // Other compliant elements (radau).
   elastic_cable,
   elastic_pin,
   joint_torque  // a drive, soft stops
 };
 
-/// Blocks whose rows are forces that give way, not constraints.
+/// Blocks whose rows are compliant forces, not constraints.
 inline bool is_compliant(BlockKind kind) { return kind >= BlockKind::spring; }
 
-/// Of a block; the most of cables over guides.
+/// Bodies of a block; cables over guides have the most.
 inline constexpr std::size_t kMostBlockBodies = 8;
 
 /// Rows that are eliminated together: 1 to 6 rows on up to 8 bodies.
@@ -52,9 +52,9 @@ struct Block {
   Coordinate coordinate = Coordinate::angle;  // limit, spring; gear: of the first link
   Coordinate second = Coordinate::angle;      // gear: of the second link
   bool upper = false;                         // limit: the upper bound
-  bool lock = false;                          // limit: both bounds are equal; surface: held;
-                                              // roll: holds whatever it takes
-  bool holonomic = false;                     // roll: of curves, whose ways tell their slip
+  bool lock = false;                          // limit: both bounds are equal; surface: bilateral;
+                                              // roll: sticks at any force
+  bool holonomic = false;                     // roll of curves: arc lengths measure the slip
   bool point = false;                         // rows 0 to 2 constrain a point, the others rotations
   std::uint8_t rows = 0, count = 0;           // of rows, of bodies
   std::uint32_t source = 0;                   // slot in the store of its kind; limit, spring: links
@@ -86,13 +86,13 @@ struct Block {
   }
 };
 
-/// Whether its rows bind velocities only.
+/// Whether its rows constrain velocities only.
 inline bool binds_no_poses(const Block& b) { return b.kind == BlockKind::roll && !b.holonomic; }
 
 /// State of a block.
 struct BlockMemory {
   Real before[2] = {0, 0};  // coordinates after the last step, whole revolutions counted
-  bool active = false;      // limit, cable: the row is active; roll with friction: it holds
+  bool active = false;      // limit, cable: the row is active; roll with friction: it sticks
 
   static void fields(auto& self, auto&& field) {
     field("before", self.before);
@@ -117,7 +117,7 @@ struct JointForce {
 /// A force between two bodies, by its slot in its store.
 struct BodyPairForce {
   std::uint32_t source = 0, body[2] = {};
-  Real beside = 1;  // of spring pins: the most at either body
+  Real beside = 1;  // spring pins: the largest number of them at either body
 };
 
 /// A reference frame that is not part of the island: the world, a fixed or kinematic body, a pin's
@@ -190,7 +190,7 @@ struct KktPattern {
   std::size_t numbers = 0, unknowns = 0;
 };
 
-/// Motion of all bodies of an island at one time, frames last, and where their surfaces touch.
+/// State of all bodies of an island at one time, frames last, and parameters of surface contacts.
 struct Motions {
   std::vector<Vec3> x;
   std::vector<Quat> q;
@@ -204,20 +204,20 @@ struct FrameStart {
   bool known = false;
 };
 
-/// Scratch memory of an implicit step of three stages (radau). A state or a rate of it are four
-/// vectors a body: way, rotation, velocity, angular velocity from the start of the step.
+/// Scratch memory of an implicit step of three stages (radau). A state or its rate has four vectors
+/// a body: displacement, rotation, velocity, angular velocity, relative to the start of the step.
 struct CollocationScratch {
   std::vector<Vec3> stage[3], rate[3];  // of the stages
-  std::vector<Vec3> part[3];            // the same, transformed: of a real and of a complex system
+  std::vector<Vec3> part[3];            // transformed to one real and one complex system
   std::vector<Vec3> rate_at_start, error;
   std::vector<Mat3> inverse_inertia;     // at the start
   std::vector<Real> stiffness, damping;  // of compliant rows, at the start
   std::vector<Real> mobility;            // of compliant rows, at the start
   std::vector<Real> values, right;
   std::vector<Complex> complex_values, complex_right;
-  std::vector<Real> share;  // by body: of its inverse mass, what drag leaves
+  std::vector<Real> share;  // by body: fraction of its inverse mass that drag leaves
   Real h = 0;
-  bool stiff = false, braked = false;  // slopes count; those of drag do
+  bool stiff = false, braked = false;  // slopes of forces count; slopes of drag count
 };
 
 /// The equations of motion at one state, and their solution.
@@ -236,19 +236,19 @@ struct EquationScratch {
   std::vector<Real> row_residual;  // right - J a, and the unknowns of hubs
 };
 
-/// States of a step, and what acts from outside.
+/// States of a step, and external forces.
 struct MotionScratch {
   // Current state; state at the start of a substep, of one integrator step, of an attempt.
   Motions state, start, from, begin;
   // Of the whole step: the state at its start, and where frames were then. Contacts need them.
   Motions entry;
   std::vector<FrameStart> frame_starts;
-  bool stepped = false;       // they are known, and the bodies are at the end of the step
-  std::vector<Vec3> applied;  // forces and torques from outside, two a body
+  bool stepped = false;       // both are set, and the bodies are at the end of the step
+  std::vector<Vec3> applied;  // external forces and torques, two a body
   bool pushed = false;        // external or contact forces are not zero
 };
 
-/// What integrators keep within a step.
+/// Data that integrators keep within a step.
 struct IntegratorScratch {
   // Integrators in momenta, two a body: momenta, and those before forces or impulses were added.
   std::vector<Vec3> momenta, momenta_before;
@@ -260,40 +260,41 @@ struct IntegratorScratch {
       impulses_before;           // by row, of the step so far
   std::vector<Real> weights;     // implicit: compliances of spring rows
   std::vector<Real> dependence;  // RATTLE: of the rows at the start of the step
-  bool shuns_singular = false;   // RATTLE: a step beside a singular configuration fails
-  bool beside_singular = false;  // it did
+  bool shuns_singular = false;   // RATTLE: fail a step near a singular configuration
+  bool beside_singular = false;  // such a step failed
   CollocationScratch collocation;
   BlowScratch blow;
 };
 
-/// How forces and projections are evaluated now.
+/// Options for the evaluation of forces and projections.
 struct ForceScratch {
   bool springs_active = false;
   Real forces_over =
-      0;            // s: a step at whose end spring pins, drives and soft stops act; 0: as they are
+      0;            // s: spring pins, drives and soft stops act as at the end of a step of this
+                    // length; 0: as at the current state
   Real time = 0;    // s, at which frames and drives are evaluated
   Real opened = 0;  // residual before the last projection
   Real projection_work = 0;  // J, of scratch.force along the last projection of poses
-  // Projections are part of the motion, not corrections of errors: angular velocities turn along.
+  // Projections are part of the motion, not error corrections: they rotate angular velocities, too.
   bool projection_moves = false;
-  // Rows that are no constraints of poses are left out.
+  // Leaves out rows that constrain velocities only.
   bool poses_only = false;
-  // Of surfaces whose gap follows from other rows, its row is left out: off the joints, as stages
-  // of a step are, the two contradict one another.
+  // Leaves out redundant gap rows of surfaces: off the joints, as in the stages of a step, they
+  // contradict the rolling rows.
   bool leaves_gaps = false;
 };
 
 /// Scratch memory of a step, kept allocated between steps.
 struct StepScratch : EquationScratch, MotionScratch, IntegratorScratch, ForceScratch {
   std::vector<SurfaceFound> touching;
-  // The first contact of surfaces that was lost since this was cleared, and why.
+  // The first surface contact that was lost since this was cleared, and why.
   std::uint32_t lost_touch = UINT32_MAX;
   nurbs::ContactStatus lost_how = nurbs::ContactStatus::found;
-  Real part_h = 0;  // s: of the part of a step that is taken
-  // s: end of the first substep that pulls at what may lift off, or takes more than friction gives.
+  Real part_h = 0;  // s: length of the current substep
+  // s: end of the first substep where a unilateral row is tensile, or friction exceeds mu N.
   Real pulled_at = 1e300;
-  int turned_over = 0;  // how often in the step a pair of curves gave way to another
-  int relooked = 0;     // how often in the step all pairs were looked at for one that was lost
+  int turned_over = 0;  // in this step: how often a pair of curves was replaced by another
+  int relooked = 0;     // in this step: searches of all pairs for a lost one
   Real worst_relative_residual = 0;  // of J a = gamma, relative to its terms
   std::uint32_t worst_relative_block = 0;
 };
@@ -302,8 +303,8 @@ struct StepScratch : EquationScratch, MotionScratch, IntegratorScratch, ForceScr
 struct TouchStructure {
   std::vector<std::uint32_t> touch_sources;  // slots in World::surface_contacts
   std::vector<std::uint32_t> touch_blocks;   // blocks of their gaps
-  std::vector<SurfaceWays> touch_ways;       // of those that roll as their curves say
-  bool rubs = false;                         // any friction of surfaces that touch
+  std::vector<SurfaceWays> touch_ways;       // arc lengths of holonomic rolling
+  bool rubs = false;                         // friction of surface joints
 
   static void fields(auto& self, auto&& field) {
     field("touch_sources", derived(self.touch_sources));
@@ -331,9 +332,9 @@ struct IslandStructure {
   Real reach = 0;                    // m, the longest arm of a joint
   bool loops = false;                // closed loops: rows may be dependent
   bool unilateral = false;           // limits, cables or surfaces that may lift off
-  bool rolls = false;                // rows that are no constraints of poses
+  bool rolls = false;                // has rows that constrain velocities only
   bool damped = false;
-  Entity unfit;  // a body that no step can be computed with, or none
+  Entity unfit;  // a body that cannot be stepped, or none
 
   static void fields(auto& self, auto&& field) {
     field("settings", self.settings);
@@ -403,9 +404,9 @@ struct StepResult {
   Entity lost;
   Real residual = 0;  // largest constraint residual after the step
   int solves = 0, substeps = 0, iterations = 0, events = 0;
-  Entity lost_contact;  // of surfaces, that ended the step, and why
+  Entity lost_contact;  // surface joint that ended the step, and why
   nurbs::ContactStatus lost_how = nurbs::ContactStatus::found;
-  int released = 0;           // contacts of surfaces that let go
+  int released = 0;           // surface joints that were released
   bool cannot_close = false;  // the joints of the initial pose cannot be closed
 };
 
@@ -442,13 +443,13 @@ inline const std::vector<Island>& islands_of(const World& world) {
   return world.memory.of<Islands>().list;
 }
 
-/// The block of a fault; after all blocks its number goes on with Island::elastic_paths.
+/// The block of a fault. Numbers beyond the blocks count on in Island::elastic_paths.
 inline const Block& block_of(const Island& m, const Fault& fault) {
   const std::size_t count = m.blocks.size();
   return fault.block < count ? m.blocks[fault.block] : m.elastic_paths[fault.block - count];
 }
 
-/// The link, pin, cable, gear or contact of surfaces of a block.
+/// The link, pin, cable, gear or surface joint of a block.
 Entity joint_of(const World& world, const Block& block);
 
 /// Packs all islands of this solver. State is carried over by body and joint.
@@ -456,7 +457,7 @@ void compile(World& world, std::span<const IslandPlan> plans);
 
 }  // namespace pantin::detail::lagrangian
 
-// What copies, hashes and saves them is compiled once, in row.cpp.
+// Copying, hashing and saving them is compiled once, in row.cpp.
 namespace pantin::detail {
 extern template lagrangian::Islands& Memories::create();
 extern template const lagrangian::Islands& Memories::none();
