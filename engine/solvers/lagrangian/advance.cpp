@@ -1,5 +1,5 @@
-// Advances by the chosen integrator: halves the step where it is too long, controls the error where
-// a tolerance is set, falls back to Euler where nothing else works.
+// Advances by the chosen integrator: halves steps that are too long, controls the error if a
+// tolerance is set, falls back to Euler where nothing else works.
 #include <algorithm>
 
 #include "engine/solvers/lagrangian/integrator.hpp"
@@ -8,7 +8,7 @@ namespace pantin::detail::lagrangian {
 namespace {
 
 constexpr int kMaxHalvings = 6, kMaxSteps = 200000;
-/// A part of a step that needs more substeps than this fails.
+/// A substep that needs more divisions than this fails.
 constexpr int kMaxSubsteps = 1000;
 /// Constraint drift of a Runge-Kutta step that projection may correct, relative to the displacement
 /// of the bodies.
@@ -18,23 +18,23 @@ constexpr int kPatience = 8, kRetries = 3;
 /// Largest rotation per step, rad; larger ones halve the step, except with the implicit integrator.
 /// Of islands without joints, whose steps cost little.
 constexpr Real kMaxRotation = 0.5, kMaxFreeRotation = 0.2;
-/// Moments of inertia that differ by less, relative, are one.
+/// Moments of inertia with a smaller relative difference are equal.
 constexpr Real kAlike = 1e-6;
-/// Of a step: in a shorter part, up to an event, rounding of positions is all that multipliers of
-/// poses tell, and speeds and friction would follow it; Euler takes that part.
+/// Fraction of a step. In a shorter substep, up to an event, multipliers of poses consist of
+/// rounding errors, which would disturb speeds and friction; Euler takes such a substep.
 constexpr Real kShortest = 1e-3;
-/// What a symplectic integrator makes between blows and gives back, over what it may make for good.
+/// Energy error of a symplectic integrator between impacts, relative to the permitted drift.
 constexpr Real kReturned = 10;
 /// Energy that may stay unpaid in a step, relative to all weight falling by the size of the island.
 constexpr Real kUnpaidEnergy = 1e-10;
-/// Of its kinetic energy, what the projection may add to that of a free island.
+/// Fraction of its kinetic energy that the projection may add to a free island.
 constexpr Real kFreeGain = 1e-9;
 
 /// Whether the drift is small compared with the displacement of the bodies. A high-order step with
 /// larger drift passes near a singular configuration and may end on another branch.
 bool keeps_joints(const Island& m, Real h) {
   Real speed = 0;
-  for (const BodyState& b : m.scratch.body_states)  // led ones too
+  for (const BodyState& b : m.scratch.body_states)  // frames too
     speed = std::max(speed, glm::length(b.velocity) + m.reach * glm::length(b.angular_velocity));
   return m.scratch.opened <= std::max({kMaxOpening * h * speed, 1e-9 * m.size, tolerance_of(m)});
 }
@@ -43,8 +43,8 @@ void add_impulses(Island& m, Real h) {
   for (std::size_t r = 0; r < m.rows; ++r) m.scratch.impulses[r] += h * m.mean_lambda[r];
 }
 
-/// Where the projection is part of the motion, what turns the twists along curved surfaces acts
-/// there: it decides whether they pull at one another, and how much they rub.
+/// If the projection is part of the motion, it supplies the normal forces that bend the twists
+/// along curved surfaces. They count in whether contacts are tensile, and in friction.
 void add_projected_forces(Island& m, Real h) {
   for (const Block& b : m.blocks) {
     if (b.kind != BlockKind::surface) continue;
@@ -126,7 +126,8 @@ bool integrate_adaptively(const World& world, Island& m, const Span& span,
   return true;
 }
 
-/// Energy of an island that no force but weight does work on: a step that changes it is too long.
+/// Energy check for islands where only weight does work: a step that changes the energy is too
+/// long.
 class EnergyWatch {
  public:
   EnergyWatch(const World& world, const Island& m, const IntegratorRow& by) : world_(world), m_(m) {
@@ -138,7 +139,7 @@ class EnergyWatch {
   void begin() {
     if (watches_) kinetic_ = kinetic_energy(m_, m_.scratch.state), height_ = work_of_weight();
   }
-  /// Since begin().
+  /// Whether energy is conserved since begin().
   bool keeps(const IntegratorRow& by) const {
     if (!watches_) return true;
     const Real now = kinetic_energy(m_, m_.scratch.state);
@@ -153,7 +154,7 @@ class EnergyWatch {
   }
 
  private:
-  /// J, from the origin to where the bodies are.
+  /// Work of weight from the origin to the current positions, J.
   Real work_of_weight() const {
     Real sum = 0;
     for (std::size_t b = 0; b < m_.count(); ++b)
@@ -173,9 +174,9 @@ Real fastest_rotation(const Island& m) {
   return std::sqrt(most);
 }
 
-/// The fastest that a free body comes to turn, rad/s, from its momentum and its energy [Poinsot]:
-/// at one end of the curve that its angular velocity `w`, body axes, runs along, where one of its
-/// components is 0.
+/// Largest angular speed that a free body can reach, rad/s, from its momentum and its energy
+/// [Poinsot]. It is at one end of the curve of its angular velocity `w`, body axes, where a
+/// component is 0.
 Real fastest_of_free(Vec3 w, Vec3 inertia) {
   const Real energy = glm::dot(w, inertia * w), momentum = glm::dot(inertia * w, inertia * w);
   Real most = glm::dot(w, w);
@@ -189,7 +190,7 @@ Real fastest_of_free(Vec3 w, Vec3 inertia) {
   return std::sqrt(most);
 }
 
-/// Where nothing is joined: the same from step to step, so that its parts are.
+/// The largest in islands without joints: invariant, so that every step has the same divisions.
 Real fastest_free_rotation(const Island& m) {
   Real most = 0;
   for (std::size_t b = 0; b < m.count(); ++b)
@@ -199,24 +200,24 @@ Real fastest_free_rotation(const Island& m) {
   return most;
 }
 
-/// An integrator, how often it may halve a step that fails, and into how many substeps in all.
+/// An integrator, how often it may halve a step that fails, and the bound on substeps in all.
 struct Attempt {
   const IntegratorRow& by;
   int most_halvings, most_substeps;
 };
 
-/// Whether Runge-Kutta takes the steps of loops that an integrator cannot.
+/// Whether Runge-Kutta takes over steps of loops near singular configurations.
 bool can_pass_singular(const Island& m, const IntegratorRow& by) {
   return by.takes_means && m.loops && m.touches.empty();
 }
 
-/// Pins, drives and soft stops: of the collocation rows, and of Euler's method as they are at the
-/// end of the step.
+/// Whether pins, drives and soft stops are explicit forces. The collocation method has rows for
+/// them; Euler takes them as at the end of the step.
 bool takes_as_forces(const IntegratorRow& by) {
   return !by.collocates && &by != &integrators::euler;
 }
 
-/// Of what an integrator takes as explicit forces.
+/// Stiffness of the forces that an integrator takes explicitly.
 Stiffness explicit_stiffness(const World& world, const Island& m, const IntegratorRow& by) {
   const Stiffness joints = by.efforts_are_forces ? stiffness_of(world, m) : Stiffness{};
   if (!takes_as_forces(by)) return joints;
@@ -232,7 +233,7 @@ bool advance_by(const World& world, Island& m, const Span& span, const Attempt& 
   const Real fastest = !bound             ? 0
                        : m.blocks.empty() ? fastest_free_rotation(m)
                                           : fastest_rotation(m);
-  // Euler adds no energy, however far they come.
+  // Euler adds no energy, whatever the travel of contact points.
   const bool watched = !m.touches.empty() && &by != &integrators::euler;
   const Real most_turned = m.blocks.empty() ? kMaxFreeRotation : kMaxRotation;
   EnergyWatch energy(world, m, by);
@@ -261,7 +262,7 @@ bool advance_by(const World& world, Island& m, const Span& span, const Attempt& 
     m.scratch.pulled_at = 1e300;
     std::fill(m.mean_lambda.begin(), m.mean_lambda.end(), 0.0);
     m.fresh = true;
-    // Shorter parts come there too.
+    // Shorter substeps arrive there, too.
     if (m.scratch.beside_singular) return false;
     if (m.scratch.lost_touch != UINT32_MAX &&
         m.scratch.lost_how == nurbs::ContactStatus::degenerate)
@@ -270,8 +271,8 @@ bool advance_by(const World& world, Island& m, const Span& span, const Attempt& 
   }
 }
 
-/// Last resort: joints may stay open a little and angular velocities are bounded; if that fails
-/// too, the step starts from rest, and at last so late that bodies hardly move.
+/// Last resort: joints may stay open a little and angular velocities are bounded. If that fails
+/// too, the step starts from rest, and at last for a fraction of its length only.
 bool advance_loosely(const World& world, Island& m, const Span& span) {
   Motions& s = m.scratch.state;
   for (Vec3& w : s.w)
@@ -329,7 +330,7 @@ bool advance(const World& world, Island& m, const Span& span) {
   const IntegratorRow& requested = row_of(m.settings.integrator);
   const bool by_poses = requested.ends_on_joints || requested.projection_presses;
   const bool serves = !(by_poses && span.h < kShortest * span.whole);
-  // Nothing is stiff in a body without joints, and this one keeps its angular momentum.
+  // A body without joints has no stiff forces, and RATTLE keeps its angular momentum.
   const bool is_loose = requested.turns_far && m.blocks.empty();
   const IntegratorRow& chosen = !serves    ? integrators::euler
                                 : is_loose ? integrators::rattle
@@ -351,7 +352,7 @@ bool advance(const World& world, Island& m, const Span& span) {
     if (!as_chosen || &chosen != &requested) m.fresh = m.fresh || requested.keeps_accelerations;
     return true;
   }
-  // Surfaces that do not touch any more are not helped by another method.
+  // Another method does not help surfaces that have lost contact.
   if (m.scratch.lost_touch != UINT32_MAX) return false;
   const Attempt rescue{integrators::euler, dear ? 0 : kMaxHalvings, 2 * kMaxSubsteps};
   const bool by_halves = &chosen != &integrators::euler && advance_by(world, m, span, rescue);

@@ -11,8 +11,8 @@ Real dot2(const RowVectors& x, const RowVectors& y) {
   return glm::dot(x.v, y.v) + glm::dot(x.w, y.w);
 }
 
-/// Two blocks that constrain points, at a body of both: the angular parts of J_p M^-1 without sign,
-/// the Jacobian of q with the number of the body in it, 1/kg, and 1 or -1.
+/// Two point-constraining blocks that share a body: angular parts of J_p M^-1 without sign, the
+/// Jacobian of q with the index of the body in it, 1/kg, and 1 or -1.
 struct PointFactors {
   const Vec3* w;
   const Vec3* j;
@@ -20,8 +20,8 @@ struct PointFactors {
   Real per_mass, sign;
 };
 
-/// Where the product of blocks p and q goes: their numbers of rows, and the ways from one number to
-/// the next along them.
+/// Destination of the product of blocks p and q: their numbers of rows, and the strides between
+/// entries along them.
 struct ProductTarget {
   Real* to;
   std::size_t rows_p, rows_q, step_p, step_q;
@@ -45,7 +45,7 @@ void add_point_product(const PointFactors& of, const ProductTarget& target) {
   }
 }
 
-/// All block products of one body, of which `share` of the inverse mass counts.
+/// All block products at one body, with `share` of its inverse mass.
 void add_products_at(Island& m, std::size_t body, Real share) {
   const KktPattern& p = m.scratch.pattern;
   const Real per_mass = share / m.mass[body];

@@ -14,7 +14,7 @@ const BeltPulley& pulley_at(const Belt& belt, const Block& b, std::size_t end) {
   return belt.pulleys[(b.first_place + end) % belt.pulleys.size()];
 }
 
-/// The pulley of a block's body, next to the angle that is counted.
+/// The pulley on a body, with its angle on the revolution nearest to `angle`.
 BeltPlace place_in(const Island& m, const BeltPulley& pulley, std::uint32_t body, Real angle) {
   const BodyState& at = m.scratch.body_states[body];
   const Vec3 x = at.rotation_matrix * (pulley.frame * Vec3(1, 0, 0));
@@ -56,7 +56,8 @@ void write_belt(const World& world, const Island& m, std::size_t block, RowsOut 
     relative += sign * (at.velocity + glm::cross(at.angular_velocity, arm));
     bends -= sign * at.angular_velocity.z * at.angular_velocity.z * glm::dot(arm, u);
   }
-  // The span turns by what its ends move across it; its touches then travel on their outlines.
+  // The span rotates with the velocity of its ends across it; its tangent points travel on
+  // outlines.
   const Real turn = glm::dot(across, relative) / span.length;
   if (out.gamma) *out.gamma = -(span.length * turn * turn + bends);
 }

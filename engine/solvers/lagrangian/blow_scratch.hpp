@@ -9,21 +9,21 @@ namespace pantin::detail::lagrangian {
 
 /// See blows.cpp.
 struct BlowScratch {
-  std::vector<std::uint32_t> blocks, resting;  // those that may be hit; not left by it
+  std::vector<std::uint32_t> blocks, resting;  // candidates; those that stay in contact
   std::vector<Real> matrix, bias, impulses, scale;
   std::vector<Real> at_start;            // N s, by row: impulses before the first step
   std::vector<Real> gap_before;          // by block: at the start of the step
-  std::vector<Real> gap, rate;           // by block: at the start of a part of it
+  std::vector<Real> gap, rate;           // by block: at the start of a substep
   std::vector<std::uint8_t> is_near;     // by block: the rate is known
-  std::vector<int> hits, touches;        // by block: in the step, with a blow and without
-  std::vector<std::uint32_t> passed;     // within a bound that they are leaving
-  std::vector<std::uint32_t> early;      // hit together with others that were hit just before
-  Real together = 0;                     // s: so soon after one another bounds are reached at once
-  std::vector<std::uint8_t> was_active;  // by block: in the step that contacts finish
+  std::vector<int> hits, touches;        // by block: reached in the step, with and without impact
+  std::vector<std::uint32_t> passed;     // beyond their bounds, and opening
+  std::vector<std::uint32_t> early;      // hit ahead of time, together with others
+  Real together = 0;                     // s: bounds reached within this time are hit together
+  std::vector<std::uint8_t> was_active;  // by block: in the step before contacts
   std::vector<ImpulseBounds> bounds;
-  std::vector<Vec3> jacobian;  // of those that may be hit
+  std::vector<Vec3> jacobian;  // of the candidates
   std::vector<std::size_t> first_vector;
-  std::vector<Vec3> twists, twists_closed;  // before it; joints closed
+  std::vector<Vec3> twists, twists_closed;  // before the impact; with joints closed
   ComplementarityScratch complementarity;
 };
 

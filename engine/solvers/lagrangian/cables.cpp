@@ -59,7 +59,7 @@ void write_path_length(const Cable& cable, const Island& m, const Block& b, Rows
   }
 }
 
-/// A cable that is longer than this part of the island's size, or of 1 m, is torn.
+/// Excess length, relative to the island's size or 1 m, at which a cable is inconsistent.
 constexpr Real kTorn = 1e-4;
 
 /// A step, and a cable after it.
@@ -67,11 +67,11 @@ struct Followed {
   const Island& m;
   const Block& block;
   Real h;
-  bool is_taut = false;  // of those that do not stretch
+  bool is_taut = false;  // an inextensible cable that is taut
 };
 
-/// Counts the turns of a cable on its pulleys. Returns by how much it is wrong: longer than it can
-/// be, or about to run up on a pulley, m; 0: it is right.
+/// Counts the turns of a cable on its pulleys. Returns its error, m: the excess length, or the
+/// overlap of an end with a pulley; 0: none.
 Real follow_cable(Cable& cable, const Followed& of) {
   const Island& m = of.m;
   Real wrong = 0;

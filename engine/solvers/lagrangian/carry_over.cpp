@@ -1,4 +1,4 @@
-// What islands keep when they are compiled anew.
+// State that islands keep when they are compiled again.
 #include <algorithm>
 
 #include "engine/solvers/lagrangian/integrator.hpp"
@@ -62,7 +62,7 @@ struct Unchanged {
   }
 };
 
-/// Carries over what only steps change: revolution counts, faults found.
+/// Carries over state that only steps change: revolution counts, faults found.
 void carry_on(const World& world, Island& was, Island& m) {
   PANTIN_ASSERT(was.memory.size() == m.memory.size() &&
                 was.mean_lambda.size() == m.mean_lambda.size());

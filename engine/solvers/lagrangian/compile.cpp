@@ -69,8 +69,8 @@ void add_block(Island& m, Block block) {
   m.blocks.push_back(block);
 }
 
-/// Elastic things between two bodies are forces; where steps are solved for with their slopes, rows
-/// too.
+/// Elastic elements between two bodies are forces. Integrators that need their slopes have rows for
+/// them, too.
 void add_compliant_block(Island& m, Block block) {
   if (!row_of(m.settings.integrator).collocates) return;
   block.point = false;
@@ -181,7 +181,7 @@ void pack_pins(Packer& p) {
   }
 }
 
-/// A cable over guides, from a to b; left out where a body is missing or another solver's.
+/// Packs a cable over guides, from a to b; leaves it out if a body is missing or of another solver.
 void pack_cable_path(Packer& p, std::uint32_t source) {
   const World& world = p.world;
   const Cable& cable = world.cables.values()[source];
@@ -257,7 +257,7 @@ bool rubs(const SurfaceContact& c) {
          !(c.motion == SurfaceMotion::sliding && c.friction == 0);
 }
 
-/// One of the places where two surfaces may touch.
+/// Adds one of the contact slots of two surfaces.
 void add_spot(Island& m, const SurfaceContact& c, Block block) {
   block.first_place = static_cast<std::uint32_t>(m.touch_sources.size());
   m.touch_sources.push_back(block.source), m.touch_ways.emplace_back();
@@ -275,7 +275,7 @@ void add_spot(Island& m, const SurfaceContact& c, Block block) {
   add_block(m, block);
 }
 
-/// Surfaces that touch: the gap, and what binds their motion along it.
+/// Packs surface joints: the gap, and the rows of rolling.
 void pack_surfaces(Packer& p) {
   const World& world = p.world;
   for (std::uint32_t i = 0; i < world.surface_contacts.size(); ++i) {
@@ -366,7 +366,7 @@ void pack_belts(Packer& p) {
   }
 }
 
-/// Whether blocks close a loop, over the ground too: rows may be dependent.
+/// Whether blocks close a loop, through the ground too: rows may be dependent.
 bool has_loops(const Island& m) {
   const auto ground = static_cast<std::uint32_t>(m.count());
   DisjointSets sets(m.count() + 1);
@@ -374,7 +374,7 @@ bool has_loops(const Island& m) {
     if (is_compliant(b.kind)) continue;
     if (b.kind == BlockKind::gear || b.kind == BlockKind::belt || b.kind == BlockKind::limit ||
         b.kind == BlockKind::roll)
-      continue;  // rolling is no second way from body to body
+      continue;  // rolling adds no second path between bodies
     const std::size_t bodies = b.kind == BlockKind::cable ? b.count - 1u : b.count;
     for (std::size_t k = 1; k < bodies; ++k) {
       const std::uint32_t one = std::min(b.body[0], ground), two = std::min(b.body[k], ground);

@@ -1,4 +1,4 @@
-// Newton's method for contacts that Gauss-Seidel comes near to: all closed points of a group at
+// Newton's method for contacts near the solution of Gauss-Seidel: all closed points of a group at
 // once. [Alart & Curnier 1991]
 #include <algorithm>
 
@@ -10,9 +10,9 @@ namespace {
 constexpr int kIterations = 16;
 /// Groups with more unknowns are left to Gauss-Seidel.
 constexpr std::size_t kMostUnknowns = 900;
-/// Where points are redundant, their loads are not unique: of their own response, what is added so
-/// that there is a next iterate. It moves the solution by nothing. One attempt after the other:
-/// more keeps iterates near the ones before, less leads to the solution in fewer.
+/// Redundant points make the loads non-unique. These fractions of a point's own response are added
+/// to make the step unique; they do not move the solution. One per attempt, in turn: larger ones
+/// keep iterates close together, smaller ones converge in fewer.
 constexpr Real kRegularisations[] = {1e-6, 1e-4, 1e-9};
 
 /// The dense equations of a group.
@@ -22,10 +22,10 @@ struct Equations {
   Real& at(std::size_t r, std::size_t c) const { return matrix[r * n + c]; }
 };
 
-/// The unknowns of a closed point, in the order of the points.
+/// Whether a point is among the unknowns.
 bool counts(const ContactPoint& p) { return p.closed && p.works; }
 
-/// Responses of all closed points, their rows scaled by their own: speeds become impulses.
+/// Responses of all closed points.
 void fill_responses(const Couplings& with, const Equations& to) {
   const ContactScratch& r = with.scratch;
   std::fill(to.matrix.begin(), to.matrix.end(), 0.0);
@@ -46,15 +46,15 @@ void fill_responses(const Couplings& with, const Equations& to) {
   }
 }
 
-/// Which direction of a point slides, and how its bound follows.
+/// Direction in which a point slides, and how its bound changes.
 struct Sliding {
   Vec3 way{0};    // unit, tangential: of the impulse at its bound
   Real most = 0;  // N s: the bound
-  Real turn = 0;  // of a change across it that the bound follows
+  Real turn = 0;  // derivative of the bounded impulse by a change across `way`
 };
 
-/// Rows of a point that slides: its impulse stays at its bound, against what would bring it to
-/// rest. What the bound depends on is left out.
+/// Rows of a sliding point: its impulse stays at its bound and opposes the slip. The dependence of
+/// the bound on other impulses is added by follow().
 void write_sliding(const Equations& to, const ContactPoint& p, const Sliding& s, Real step) {
   const std::size_t n = p.unknown;
   PANTIN_ASSERT(n + 3 <= to.n && s.way.x == 0);
@@ -72,26 +72,27 @@ void write_sliding(const Equations& to, const ContactPoint& p, const Sliding& s,
   to.right[n + 1] = s.most * y - p.lasting.y, to.right[n + 2] = s.most * z - p.lasting.z;
 }
 
-/// The rows of a point for a Newton step.
+/// The rows of a point in a Newton step.
 struct PointRows {
   const Equations& to;
   const ContactPoint& p;
   Real regularisation;
 
-  /// A component is what it is told to be.
+  /// Fixes a component to `impulse`.
   void set(std::size_t k, Real impulse) const {
     const std::size_t row = p.unknown + k;
     for (std::size_t c = 0; c < to.n; ++c) to.at(row, c) = 0;
     to.at(row, row) = 1;
     to.right[row] = impulse - p.lasting[static_cast<int>(k)];
   }
-  /// It brings what moves along it to rest.
+  /// Requires that the speed along a component vanishes.
   void stop(std::size_t k, Real response) const {
     const std::size_t row = p.unknown + k;
     to.at(row, row) += regularisation * response;
     to.right[row] = -p.speed[static_cast<int>(k)];
   }
-  /// Two across the normal stay within a bound. The way in which they are at it, or zero.
+  /// Bounds the two tangential components. Returns the direction in which the bound is reached, or
+  /// 0.
   Vec3 bound_across(Real most) const {
     const Real soft = softest_of(p.response);
     if (!(soft > 0)) return set(1, 0), set(2, 0), Vec3(0);
@@ -101,7 +102,7 @@ struct PointRows {
     write_sliding(to, p, {wanted / size, most, most / size}, 1 / soft);
     return wanted / size;
   }
-  /// Two across the normal stay at a bound that grows with the normal impulse of `on`.
+  /// Couples the tangential bound to the normal impulse of `on`.
   void follow(Vec3 way, Real length, const ContactPoint& on) const {
     to.at(p.unknown + 1, on.unknown) -= length * way.y;
     to.at(p.unknown + 2, on.unknown) -= length * way.z;
@@ -142,7 +143,7 @@ void write_rolling_rows(const ContactScratch& r, const PointRows& rows) {
   }
 }
 
-/// Elimination with partial pivots; the solution is in `right`. False: a pivot is none.
+/// Gaussian elimination with partial pivoting; the solution is in `right`. False: singular.
 bool eliminate(const Equations& e) {
   PANTIN_ASSERT(e.matrix.size() >= e.n * e.n && e.right.size() >= e.n);
   for (std::size_t k = 0; k < e.n; ++k) {

@@ -1,4 +1,4 @@
-// Where exact bodies touch, and how their islands respond to it.
+// Contact points of this solver's bodies, and the response of their islands to impulses there.
 #include <algorithm>
 #include <tuple>
 
@@ -14,30 +14,30 @@ namespace {
 /// Fraction of the response that the two bodies would have without joints: below it the contact is
 /// left to the joints.
 constexpr Real kLeastResponse = 1e-9;
-/// How near a bound may be for contacts to bring it there: at the fastest speed, in steps; m or
-/// rad.
+/// Limits this near to their bounds join the contacts: the travel at the fastest speed, in steps,
+/// plus a margin, m or rad.
 constexpr Real kNearInSteps = 2, kAtBound = 1e-9;
-/// rad, and in how many parts at most: the point of a rim goes around by no more in one; where
-/// there are no more points than that.
+/// Largest travel, rad, of a rim's contact point around the rim in a substep; the most substeps;
+/// and the most points of a group that is divided into substeps.
 constexpr Real kMostAround = 0.15;
 constexpr int kMostRimParts = 32;
 constexpr std::size_t kMostRimPoints = 16;
-/// m: what is so near rolls on its rim already.
+/// m: bodies with a smaller gap at the start roll on their rims.
 constexpr Real kOnRim = 1e-6;
 
-/// The exact island of a body; null for one of another solver, or of none.
+/// The island of a body; null for a body of another solver, or of none.
 const Island* exact_island(const World& world, const Owner& owner) {
   return owner && owner.solver == kLagrangian ? &islands_of(world)[owner.island] : nullptr;
 }
 
-/// An island that takes part, or none.
+/// The island of a body, if it takes part in contacts of this step, or none.
 std::uint32_t taking_part(const World& world, const Owner& owner) {
   const Island* m = exact_island(world, owner);
   if (!m || !m->scratch.stepped || m->lost || m->unfit) return kNoIndex;
   return owner.island;
 }
 
-/// What a contact meets where no island of the group is: a body at the end of the step.
+/// State of a body outside the group at the end of the step.
 Obstacle obstacle_at(const World& world, std::uint32_t slot, Real h) {
   const Body& b = world.bodies.values()[slot];
   const Owner owner = owner_of(partition_of(world), slot);
@@ -45,7 +45,7 @@ Obstacle obstacle_at(const World& world, std::uint32_t slot, Real h) {
     if (!contact::moves(b)) return {b.pose};
     return {b.pose, b.velocity, b.angular_velocity};
   }
-  // Planes and laminas have been moved before; others are moved after exact islands.
+  // Planar solvers have moved their bodies before; other solvers move theirs after this one.
   const Island* m = exact_island(world, owner);
   if (owner.solver < kLagrangian || (m && m->scratch.stepped))
     return {b.pose, b.velocity, b.angular_velocity};
@@ -56,8 +56,8 @@ Obstacle obstacle_at(const World& world, std::uint32_t slot, Real h) {
           b.angular_velocity};
 }
 
-/// Euler moves jointed bodies by their velocities at the end of the step; the others, and all loose
-/// ones, go by the mean ones.
+/// Euler moves jointed bodies by their velocities at the end of the step. All others, and loose
+/// bodies, move by mean velocities.
 Real lasting_share(const Island& m) {
   return m.settings.integrator == Integrator::euler && !m.blocks.empty() ? 1 : 0.5;
 }
@@ -81,7 +81,7 @@ ContactPoint make_point(const World& world, std::uint32_t number, Real h) {
       rotation = contact::pose_before(b, h).rotation;
     p.on[s] = contact::touched_place(world, c, {s == 0 ? Side::a : Side::b, rotation});
   }
-  // A face that turns takes its normal along.
+  // The normal rotates with the body of the face.
   const Body& b = world.bodies.values()[c.slot_b];
   if (!owner_of(partition_of(world), c.slot_b) && contact::moves(b))
     contact::set_axes(p.axes,
@@ -92,7 +92,7 @@ ContactPoint make_point(const World& world, std::uint32_t number, Real h) {
   return p;
 }
 
-/// Contacts of these islands, not yet sorted.
+/// Lists the contacts of these islands, unsorted.
 void list_points(const World& world, ContactScratch& r, Real h) {
   const Partition& partition = partition_of(world);
   const std::vector<Contact>& contacts = contacts_of(world);
@@ -117,7 +117,7 @@ void list_points(const World& world, ContactScratch& r, Real h) {
   list_rolling(world, r, h);
 }
 
-/// The fastest of any body, m/s and rad/s, at the start of the step or at its end.
+/// The largest speed of any body, m/s and rad/s, at the start or the end of the step.
 struct Fastest {
   Real speed = 0, spin = 0;
 };
@@ -131,7 +131,7 @@ Fastest fastest_of(const Island& m) {
   return most;
 }
 
-/// Limits and slack cables that contacts may bring to their bounds within the step count as well.
+/// Activates limits and slack cables that contacts may bring to their bounds within the step.
 void wake_near_limits(const World& world, Island& m, Real h) {
   PANTIN_ASSERT(m.scratch.blow.was_active.size() == m.blocks.size());
   const Fastest most = fastest_of(m);
@@ -156,7 +156,7 @@ void wake_near_limits(const World& world, Island& m, Real h) {
   }
 }
 
-/// Limits that may bear no longer are rows of the island, but may push.
+/// Turns active limits from rows of the island into contact points, which can only push.
 void list_limits(ContactScratch& r, Island& m, std::uint32_t island) {
   for (std::uint32_t i = 0; i < m.blocks.size(); ++i) {
     if (!is_one_sided(m, i) || !m.memory[i].active) continue;
@@ -179,7 +179,7 @@ void list_limits(ContactScratch& r, Island& m, std::uint32_t island) {
     p.limit = static_cast<std::uint32_t>(r.limits.size());
     p.owner[0] = island, p.share = lasting_share(m);
     p.gap_before = m.scratch.blow.gap_before[i];
-    // Contacts act with it: what it gave in the step without them may turn out to be less.
+    // Contacts may reduce the impulse that it gave in the step without them.
     const Real given = m.scratch.impulses[b.first_row] + m.scratch.blow.at_start[b.first_row];
     p.least = -std::max(Real(0), given);
     r.limits.push_back(row), r.points.push_back(p);
@@ -187,7 +187,7 @@ void list_limits(ContactScratch& r, Island& m, std::uint32_t island) {
   }
 }
 
-/// An island at the end of its step, as contacts found it.
+/// Loads an island at the end of its step, adds its limits, and factors.
 void take_up(World& world, ContactScratch& r, std::uint32_t island, Real h) {
   Island& m = islands_of(world)[island];
   PANTIN_ASSERT(m.scratch.stepped && m.scratch.ready);
@@ -208,7 +208,7 @@ void take_up(World& world, ContactScratch& r, std::uint32_t island, Real h) {
   add_forces(world, m, Torques::applied);
 }
 
-/// How fast the point of a rim that touches goes around the contact's normal, rad/s.
+/// Rate at which the contact point of a rim travels around the contact's normal, rad/s.
 Real rate_around(const World& world, const ContactScratch& r, const ContactPoint& p, int side) {
   if (p.end[side] == kNoIndex || p.on[side].circle == 0) return 0;
   const ContactEnd& e = r.ends[p.end[side]];
@@ -279,7 +279,7 @@ void list_members(ContactScratch& r) {
   }
 }
 
-/// Rates of an end along its axes, of two vectors a body.
+/// Rates of an end along its axes, from two vectors a body.
 Vec3 end_rates(const ContactScratch& r, const ContactEnd& end, std::span<const Vec3> motion) {
   const ContactPoint& p = r.points[end.point];
   if (p.is_limit()) {
@@ -374,7 +374,7 @@ void place_points(World& world, const ContactGroup& g) {
       e.arm = e.lead = p.on[s].at(end, outward);
       at[s] = scratch.state.x[e.column] + e.arm;
       if (p.on[s].circle == 0) continue;
-      // The point of a rim goes around: what it gives acts half-way through the step.
+      // The point of a rim travels: its impulse acts at the position half-way through the step.
       Quat begin = scratch.entry.q[e.column];
       if (glm::dot(begin, end) < 0) begin = -begin;
       e.arm = p.on[s].at(glm::normalize(begin + end), outward);
@@ -434,7 +434,7 @@ void find_speeds(const World& world, const ContactGroup& g) {
       const StepScratch& scratch = islands_of(world)[e.island].scratch;
       now += sign * speed_at(scratch.state, e), before += sign * speed_at(scratch.entry, e);
     }
-    // A surface moves on its body along itself only.
+    // A conveyor surface moves tangentially only.
     const Vec3 slip = now + contacts_of(world)[p.contact].surface_velocity;
     p.speed = {glm::dot(p.axes[0], now), glm::dot(p.axes[1], slip), glm::dot(p.axes[2], slip)};
     p.pull = glm::dot(p.axes[0], now - before) / g.h;

@@ -1,6 +1,6 @@
-// Rolling and spinning friction of exact bodies: a contact point of torques for two bodies, by the
-// law in engine/contact/rolling_friction.hpp. Torques count over an arm, as forces at its end: so
-// they have the units of the other points.
+// Rolling and spinning friction: for two bodies one contact point of torques, by the law in
+// engine/contact/rolling_friction.hpp. Torques are divided by an arm, so they have the units of the
+// other points.
 #include "engine/contact/contact_axes.hpp"
 #include "engine/contact/rolling_friction.hpp"
 #include "engine/solvers/lagrangian/contacts.hpp"
@@ -8,16 +8,16 @@
 namespace pantin::detail::lagrangian {
 namespace {
 
-/// Iterations, and the change that ends them, relative.
+/// Iterations, and the relative change that ends them.
 constexpr int kIterations = 60;
 constexpr Real kTolerance = 1e-15;
 
-/// Of the contacts [from, to) of two bodies.
+/// The contacts [from, to) of two bodies.
 struct Pair {
   std::size_t from, to;
 };
 
-/// m: how far from the mass centres that move the bodies touch.
+/// m: largest distance of the contacts from the mass centres of bodies that move.
 Real arm_of(const World& world, const ContactScratch& r, const Pair& pair) {
   Real most = 0;
   for (std::size_t i = pair.from; i < pair.to; ++i) {

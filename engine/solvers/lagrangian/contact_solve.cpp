@@ -1,4 +1,4 @@
-// Impulses of contacts by projected Gauss-Seidel, a point at a time with its whole 3x3 response.
+// Contact impulses by projected Gauss-Seidel: one point at a time, with its 3x3 response.
 #include <algorithm>
 #include <limits>
 
@@ -9,24 +9,24 @@ namespace {
 
 /// m/s: slower impacts are inelastic.
 constexpr Real kSlowestImpact = 0.05;
-/// Bounds on sweeps over impacts, over what lasts before Newton's method is tried, on such
-/// attempts, on sweeps over overlaps, and on rounds in which further points close.
+/// Bounds on sweeps over impacts, on sweeps before Newton's method is tried, on such attempts, on
+/// sweeps over overlaps, and on rounds in which further points close.
 constexpr int kImpactSweeps = 64, kSweeps = 30, kAttempts = 12, kOverlapSweeps = 200, kRounds = 8;
-/// N s: what changes in a sweep, of the largest impulse, when the iterations end.
+/// Iterations end when no impulse changes by more than this fraction of the largest.
 constexpr Real kTolerance = 1e-10;
-/// Within a point: iterations for a sliding one, and the change that ends them.
+/// For a sliding point: iterations, and the relative change that ends them.
 constexpr int kSlideIterations = 60;
 constexpr Real kSlideTolerance = 1e-15;
-/// A direction in which nothing gives way carries nothing: of the largest response.
+/// Fraction of the largest response: a direction with less carries no impulse.
 constexpr Real kLeastPivot = 1e-9;
-/// m: so near to one another bodies that rest on others stay while all of them fall.
+/// m: bodies that rest on others may separate by this much while all of them fall.
 constexpr Real kNearlyShut = 1e-7;
-/// m: a gap that is shut.
+/// m: a smaller gap is closed.
 constexpr Real kShut = 1e-12;
-/// m/s: what overlaps at the start is pushed apart no faster.
+/// m/s: speed at which initial overlaps are pushed apart.
 constexpr Real kPushSpeed = 1;
 
-/// Which of a point's sums follow an impulse.
+/// Which of a point's sums an impulse changes.
 enum class Follows : std::uint8_t { speed, gap };
 
 void follow(const Couplings& c, const ContactPoint& p, Vec3 impulse, Follows what) {
@@ -53,8 +53,8 @@ void follow(const Couplings& c, const ContactPoint& p, Vec3 impulse, Follows wha
   }
 }
 
-/// A tangential impulse that changes the tangential speed by `change`. Directions in which next to
-/// nothing of `scale` gives way carry none.
+/// A tangential impulse that changes the tangential speed by `change`. Directions whose response is
+/// negligible against `scale` carry none.
 void stick(const Mat3& w, const Real change[2], Real scale, Real found[2]) {
   const int one = w[2][2] > w[1][1] ? 1 : 0, two = 1 - one;
   const Real d1 = w[one + 1][one + 1], off = w[one + 1][two + 1];
@@ -72,7 +72,7 @@ Vec3 within_cone(Vec3 r, Real friction) {
   return r;
 }
 
-/// The impulse of a sliding point: on the cone, against the speed that is left.
+/// The impulse of a sliding point: on the friction cone, opposite to the remaining slip.
 Vec3 slide(const ContactPoint& p, Vec3 free, Vec3 r) {
   const Mat3& w = p.response;
   PANTIN_ASSERT(p.friction > 0);
@@ -88,8 +88,8 @@ Vec3 slide(const ContactPoint& p, Vec3 free, Vec3 r) {
   return r;
 }
 
-/// The impulse `r` of a point, all others as they are, at which it neither closes nor pulls, and
-/// sticks or slides.
+/// The impulse of a point, starting from `r` with all others fixed, at which it neither closes nor
+/// pulls, and sticks or slides.
 Vec3 solve_point(const Couplings& with, const ContactPoint& p, Vec3 r) {
   if (p.is_rolling()) return solve_rolling(with.scratch, p, r);
   const Mat3& w = p.response;
@@ -102,8 +102,8 @@ Vec3 solve_point(const Couplings& with, const ContactPoint& p, Vec3 r) {
   return slide(p, free, within_cone(stopped.x > 0 ? stopped : r, p.friction));
 }
 
-/// An impact: an impulse of restitution along the normal and friction with it, at a point whose
-/// bodies have met `since` before the end of the step.
+/// An impact: restitution along the normal, with friction, at a point whose bodies collided `since`
+/// seconds before the end of the step.
 void meet(const Couplings& with, ContactPoint& p, Real since) {
   const Mat3& w = p.response;
   PANTIN_ASSERT(p.works && p.restitution > 0 && since >= 0 && since <= with.group.h);
@@ -120,13 +120,13 @@ void meet(const Couplings& with, ContactPoint& p, Real since) {
   with.push(p, r), with.displace(p, since * r);
 }
 
-/// m: the gap that a closed point is opened to.
+/// m: the gap that a closed point is to reach.
 Real goal_of(const Couplings& with, const ContactPoint& p) {
   return std::min(Real(0), p.gap_before + kPushSpeed * with.group.h);
 }
 
-/// Displacements along the normals of closed points until none overlaps more than it may, and no
-/// more than that.
+/// Displaces closed points along their normals until no overlap exceeds its goal; displacements may
+/// shrink again.
 void open_closed(const Couplings& with) {
   const std::span<ContactPoint> points = with.group.points;
   for (int n = 0; n < kOverlapSweeps; ++n) {
@@ -147,7 +147,7 @@ void open_closed(const Couplings& with) {
   }
 }
 
-/// Adds to what the points hold.
+/// Adds to the lasting impulse of a point.
 void add(const Couplings& with, ContactPoint& p, Vec3 change) {
   p.lasting += change, p.impulse += change;
   with.push(p, change);
@@ -170,7 +170,7 @@ Real sweep(const Couplings& with, Order order) {
   return most;
 }
 
-/// N s: what matters in a group, of its impulses and of what would stop its points one by one.
+/// N s: scale of a group's impulses, including those that would stop its points one by one.
 Real scale_of(const Couplings& with) {
   Real most = 0;
   for (const ContactPoint& p : with.group.points)
@@ -180,7 +180,7 @@ Real scale_of(const Couplings& with) {
   return most;
 }
 
-/// Impulses that hold the closed points: sweeps and Newton's method in turn. False: the best found.
+/// Solves for the closed points by sweeps and Newton's method in turn. False: the best iterate.
 bool solve_closed(const Couplings& with) {
   Real least = std::numeric_limits<Real>::infinity();
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
@@ -198,23 +198,23 @@ bool solve_closed(const Couplings& with) {
   return false;
 }
 
-/// Whether a point is shut where the bodies are now; of torques, whether the bodies touch.
+/// Whether a point is closed at the current poses; for rolling friction, whether the bodies touch.
 bool is_shut(const Couplings& with, const ContactPoint& p) {
   if (p.is_rolling()) return is_any_closed(with.scratch, with.scratch.rollings[p.rolling]);
-  // What touched and is being closed has been left by blows alone that others undo.
+  // A contact that was closed at the start and approaches was opened by impacts within this solve.
   const bool comes_back = p.gap_before <= kNearlyShut && p.speed.x < 0;
   if (p.gap > kNearlyShut && !comes_back) return false;
   return !(p.gap > 0 && p.restitution > 0 && p.speed.x < -kSlowestImpact);
 }
 
-/// Points that are shut become closed. Whether any did.
+/// Closes the points that are shut. Whether any did.
 bool close_more(const Couplings& with) {
   bool any = false;
   for (ContactPoint& p : with.group.points) {
     if (p.closed || !is_shut(with, p)) continue;
     p.closed = any = true;
     if (!p.works) continue;
-    // What it bore in the last step is the first guess.
+    // Warm start from the last step.
     p.impulse += p.lasting;
     with.push(p, p.lasting);
   }
@@ -226,7 +226,7 @@ bool close_more(const Couplings& with) {
 bool can_spin(const Mat3& w) { return w[0][0] > kLeastPivot * std::max(w[1][1], w[2][2]); }
 
 Vec3 stop(const Mat3& w, Vec3 free) {
-  // The tangential part without what the normal one gives.
+  // The tangential response with the normal impulse eliminated.
   Mat3 rest = w;
   for (int k = 1; k < 3; ++k)
     for (int l = 1; l < 3; ++l) rest[k][l] -= w[k][0] * w[0][l] / w[0][0];
@@ -277,13 +277,13 @@ bool hold(const Couplings& with) {
     solved = solve_closed(with);
     for (ContactPoint& p : with.group.points) {
       if (!p.closed || !p.works) continue;
-      // As far as a force of the whole step would have moved it.
+      // Displacement by a constant force over the step.
       const Vec3 shift = p.share * h * p.lasting;
       with.displace(p, shift - p.held);
       p.shift += shift - p.held, p.held = shift;
     }
     open_closed(with);
-    collide(with);  // what was pushed against others
+    collide(with);  // bodies that were pushed against others
   }
   return solved;
 }

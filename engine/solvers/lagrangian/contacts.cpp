@@ -1,11 +1,10 @@
-// Contacts of exact bodies, by time stepping.
+// Contacts of this solver's bodies, by time stepping. [Moreau 1988; Jean 1999]
 //
-// Each island has taken its step as if nothing touched it. What touches is then solved together,
-// over all islands that it couples: impulses of restitution, one pair after the other at the time
-// within the step when they meet; then those at which, at the end of the step, closed contacts
-// neither approach nor pull and friction keeps to Coulomb's cone. Joints take part by the response
-// that the island's factor gives. Positions follow the impulses as they would follow forces, and
-// are opened as far as the contacts still overlap. [Moreau 1988; Jean 1999]
+// Each island has taken its step without contacts. Then coupled islands are solved together. First,
+// restitution: pair by pair, at the time of collision within the step. Second, impulses at the end
+// of the step: closed contacts neither approach nor pull, and friction obeys Coulomb's cone. Joints
+// take part through the response of the island's factor. Positions follow the impulses like forces;
+// remaining overlaps are opened.
 #include "engine/solvers/lagrangian/contacts.hpp"
 
 #include <algorithm>
@@ -19,7 +18,7 @@ namespace pantin::detail::lagrangian {
 namespace {
 
 constexpr int kOpenings = 4;
-/// m/s or rad/s: a limit that is left so fast bears no longer.
+/// m/s or rad/s: a limit that opens faster is released.
 constexpr Real kLeaves = 1e-6;
 /// m: overlaps that rounding may leave.
 constexpr Real kOpenEnough = 1e-12;
@@ -29,8 +28,8 @@ void clear_forces(Island& m) {
   std::fill(m.scratch.right.begin(), m.scratch.right.end(), 0.0);
 }
 
-/// One kind of impulse of all points of a member, carried through its joints: motions into
-/// scratch.solution, impulses of joints into scratch.lambda.
+/// Applies one kind of impulse of all points of a member through its joints: motions into
+/// scratch.solution, joint impulses into scratch.lambda.
 void respond(const ContactScratch& r, Island& m, const GroupMember& member,
              Vec3 ContactPoint::*what) {
   PANTIN_ASSERT(is_part(member.first_end, member.ends, r.ends.size()));
@@ -40,7 +39,7 @@ void respond(const ContactScratch& r, Island& m, const GroupMember& member,
   solve(m, {m.scratch.momenta, m.scratch.right}, {m.scratch.solution, m.scratch.lambda});
 }
 
-/// By one kind of impulse of all points of a member.
+/// Changes velocities by one kind of impulse of all points of a member.
 void change_velocities(World& world, const Couplings& with, const GroupMember& member,
                        Vec3 ContactPoint::*what) {
   Island& m = islands_of(world)[member.island];
@@ -54,8 +53,8 @@ void change_velocities(World& world, const Couplings& with, const GroupMember& m
     m.forces[row] += m.scratch.lambda[row] / with.group.h;
 }
 
-/// Closes the joints of an island that its contacts displaced. False: they stay open, or surfaces
-/// that they hold together do not face one another any more.
+/// Closes the joints of an island after contacts displaced it. False: they stay open, or a surface
+/// joint lost its contact.
 bool close_joints(const World& world, Island& m, Real h) {
   update_kinematics(m);
   m.scratch.projection_work = 0, m.scratch.lost_touch = UINT32_MAX;
@@ -68,13 +67,13 @@ bool close_joints(const World& world, Island& m, Real h) {
   return closed;
 }
 
-/// Moves an island by the shifts of its points and closes its joints; by a part of that, or not at
-/// all, where they do not close. Returns the work of its forces on the way, J.
+/// Displaces an island by the shifts of its points and closes its joints; by a quarter of that, or
+/// not at all, where they do not close. Returns the work of its forces, J.
 Real change_poses(const World& world, Island& m, const GroupMember& member, Real h) {
   Motions& s = m.scratch.state;
   m.scratch.begin = s;
   for (const Real part : {1.0, 0.25}) {
-    // The factor follows the poses.
+    // The factor belongs to the current poses.
     respond(world.memory.of<Islands>().contacts, m, member, &ContactPoint::shift);
     Real work = 0;
     for (std::size_t b = 0; b < m.count(); ++b) {
@@ -83,7 +82,7 @@ Real change_poses(const World& world, Island& m, const GroupMember& member, Real
       work += glm::dot(m.scratch.force[2 * b], way) + glm::dot(m.scratch.force[2 * b + 1], turn);
       const Vec3 momentum = s.q[b] * (m.inertia[b] * (glm::conjugate(s.q[b]) * s.w[b]));
       s.x[b] += way, s.q[b] = glm::normalize(from_rotation_vector(turn) * s.q[b]);
-      // What no joint holds keeps its angular momentum: angular velocities turn along.
+      // A loose body keeps its angular momentum, so its angular velocity rotates.
       if (m.blocks.empty()) s.w[b] = s.q[b] * ((glm::conjugate(s.q[b]) * momentum) / m.inertia[b]);
     }
     if (close_joints(world, m, h)) {
@@ -100,7 +99,7 @@ Real change_poses(const World& world, Island& m, const GroupMember& member, Real
   return 0;
 }
 
-/// The work of an island's forces along its way through the step, J.
+/// The work of an island's forces during the step, J.
 Real work_of_step(const Island& m) {
   const Motions &from = m.scratch.entry, &to = m.scratch.state;
   Real work = 0;
@@ -111,8 +110,8 @@ Real work_of_step(const Island& m) {
   return work;
 }
 
-/// What the islands of a group gained by their contacts is taken from their motion, unless
-/// something that moves may have given it.
+/// Removes energy that the islands of a group gained by their contacts, unless a moving obstacle
+/// may have supplied it.
 void bound_energy(World& world, const ContactGroup& g, Real work) {
   const bool rest = std::all_of(g.points.begin(), g.points.end(), [&](const ContactPoint& p) {
     const bool is_belt =
@@ -127,7 +126,7 @@ void bound_energy(World& world, const ContactGroup& g, Real work) {
     before += member.kinetic, now += kinetic_energy(m, m.scratch.state);
     at_start += kinetic_energy(m, m.scratch.entry) + work_of_step(m);
   }
-  // Euler's step may have taken what its contacts give back.
+  // Euler's step may have dissipated what its contacts restore.
   const Real due = std::max(before + work, at_start);
   if (!(now > due)) return;
   const Real part = due > 0 ? std::sqrt(due / now) : 0;
@@ -138,7 +137,7 @@ void bound_energy(World& world, const ContactGroup& g, Real work) {
   }
 }
 
-/// Whether what is shut touches with the rim of a body.
+/// Whether a closed contact is at the rim of a body.
 bool touches_with_rims(const ContactGroup& g) {
   return std::any_of(g.points.begin(), g.points.end(), [](const ContactPoint& p) {
     const auto is_rim = [&](int side) { return p.end[side] != kNoIndex && p.on[side].circle > 0; };
@@ -146,8 +145,7 @@ bool touches_with_rims(const ContactGroup& g) {
   });
 }
 
-/// The place of a rim that touches depends on the pose that what lasts brings the body to: solves
-/// for that again there.
+/// Solves again at the displaced poses: the contact point of a rim depends on the pose.
 bool hold_where_placed(World& world, const Couplings& with) {
   find_speeds(world, with.group);
   for (GroupMember& member : with.group.members) find_responses(world, member);
@@ -196,7 +194,7 @@ bool resolve(World& world, const ContactGroup& g) {
   return solved;
 }
 
-/// A step of loose bodies in parts, each with its contacts. False: not to the tolerance.
+/// Steps loose bodies in substeps, each with its contacts. False: not to the tolerance.
 bool resolve_in_parts(World& world, ContactGroup g, int parts) {
   PANTIN_ASSERT(parts > 1);
   const Real h = g.h;
@@ -227,7 +225,7 @@ bool resolve_in_parts(World& world, ContactGroup g, int parts) {
   return solved;
 }
 
-/// Of the torques of two bodies each contact is told an equal part.
+/// Distributes the torques of two bodies equally over their contacts.
 void write_rolling(World& world, const ContactScratch& r, const ContactPoint& p, Real h) {
   const RollingAt& all = r.rollings[p.rolling];
   const Real arm = all.arm / all.count;
@@ -248,8 +246,8 @@ void write_contact(World& world, const ContactPoint& p, Real h) {
   c.depth = std::max(Real(0), -p.gap);
 }
 
-/// Limits that still bear, or touch without being left, stay active: not those that bore in the
-/// step alone, which contacts have opened.
+/// Limits that push stay active, and limits at their bounds that do not open. Limits that were
+/// active in the step but were opened by contacts are released.
 void restore_limits(World& world, ContactScratch& r, Real h) {
   for (const ContactPoint& p : r.points) {
     if (!p.is_limit()) continue;

@@ -8,9 +8,9 @@ namespace {
 constexpr int kRotationIterations = 8;
 /// Square of the residual of an angular velocity that ends the iterations, relative.
 constexpr Real kRotationTolerance = 1e-30;
-/// Bound of the rotation in half a step by which the gyroscopic torque is measured, rad.
+/// Bound of the rotation in half a step at which the gyroscopic torque is evaluated, rad.
 constexpr Real kMostTurned = 1;
-/// Squares of rates times steps up to this one need no geometric stiffness; beyond 4 they do.
+/// (rate times step)^2 up to this needs no geometric stiffness; the limit of stability is 4.
 constexpr Real kSlowEnough = 1;
 
 /// Replaces explicit drag by drag at the end of the step.
@@ -25,18 +25,17 @@ void brake(Island& m, Real h) {
   }
 }
 
-/// Advances the angular velocity `w` of a free body, in its own axes, by the implicit mid-point
-/// rule
+/// Advances the angular velocity `w` of a free body, in body axes, by the implicit mid-point rule
 ///
 ///   I (w1 - w0) = h (I wm) x wm,   wm = (w0 + w1) / 2
 ///
-/// and returns the rotation about wm that leaves the angular momentum in space as it was. The rule
-/// keeps the energy too. In these axes no term is large where a moment of inertia is small.
+/// and returns the rotation about wm that conserves the angular momentum in space. The rule
+/// conserves energy, too. In body axes no term is large where a moment of inertia is small.
 Vec3 turn_freely(Vec3& w, Vec3 inertia, Real h) {
   const Vec3 start = w;
   const Real fast = glm::length(w), turned = std::min(h * fast, kMostTurned);
   if (!(turned > 0)) return Vec3(0);
-  // The rule turns by 2 atan(h |wm| / 2): with this h by h |wm| about an axis that stays.
+  // The rule rotates by 2 atan(h |wm| / 2); this `half` makes it h |wm| about a fixed axis.
   const Real half = std::tan(0.5 * turned) / fast;
   for (int i = 0; i < kRotationIterations; ++i) {
     const Vec3 l = inertia * w;
@@ -53,15 +52,15 @@ Vec3 turn_freely(Vec3& w, Vec3 inertia, Real h) {
   const Real mean = glm::length(w);
   const Vec3 way = 2 * std::atan(half * mean) / mean * w;
   w = 2.0 * w - start;
-  // What the iterations left over adds no energy.
+  // Keeps the iteration error from adding energy.
   const Real before = glm::dot(start, inertia * start), after = glm::dot(w, inertia * w);
   if (after > before) w *= std::sqrt(before / after);
   return way;
 }
 
-/// Turns all angular velocities as free bodies would in the first half of the step. The second half
-/// follows the impulses of the step: impulses and rows see the mean of the step. What the rotation
-/// of the first half is beyond the mean velocity's goes to scratch.from.w.
+/// Rotates all bodies freely over the first half of the step. The second half follows the impulses
+/// of the step, so impulses and rows see its mean velocity. Stores in scratch.from.w by how much
+/// the first rotation exceeds that of the mean velocity.
 void turn_first_half(Island& m, Real h) {
   Motions& s = m.scratch.state;
   for (std::size_t b = 0; b < m.count(); ++b) {
@@ -72,11 +71,10 @@ void turn_first_half(Island& m, Real h) {
   }
 }
 
-/// Bodies that are pulled apart by their joints swing back faster than explicit forces of
-/// constraint can follow: their inertia grows by as much of the geometric stiffness as that takes,
-/// with the forces of the last step. It acts against all rotation, so free islands, whose angular
-/// momentum it would change, go without; nothing lifts their bodies. [Andrews, Teichmann & Kry
-/// 2017]
+/// Bodies in tension between joints oscillate faster than explicit constraint forces allow. Adds to
+/// their inertia as much of the geometric stiffness as stability needs, with the forces of the last
+/// step. It resists every rotation and would change the angular momentum of free islands, which go
+/// without; nothing lifts their bodies. [Andrews, Teichmann & Kry 2017]
 void add_geometric_stiffness(Island& m, Real h) {
   const KktPattern& p = m.scratch.pattern;
   PANTIN_ASSERT(p.first_incident.size() == m.count() + 1);
@@ -96,7 +94,7 @@ void add_geometric_stiffness(Island& m, Real h) {
       trace += 2 * pull;
     }
     const Vec3 inertia = m.inertia[body];
-    // Square of the step times the fastest rate, about.
+    // (Step times fastest rate)^2, approximately.
     const Real fast = h * h * trace / (inertia.x + inertia.y + inertia.z);
     if (!(fast > kSlowEnough)) continue;
     const Mat3& r = m.scratch.body_states[body].rotation_matrix;
@@ -112,19 +110,19 @@ void store_lambda(Island& m, std::span<const Real> lambda, Real factor_of) {
   for (std::size_t r = 0; r < m.rows; ++r) m.mean_lambda[r] = factor_of * lambda[r];
 }
 
-/// Whether no step has told the forces of constraint yet, or the last one failed.
+/// Whether no constraint forces are known yet, or the last step failed.
 bool are_unknown(std::span<const Real> lambda) {
   return std::all_of(lambda.begin(), lambda.end(), [](Real x) { return x == 0; });
 }
 
-/// Kinematics at the start of the step, with frames that move as they do at its end: implicit in
-/// their motion.
+/// Kinematics at the start of the step, with the twists of frames at its end: implicit in their
+/// motion.
 void place(const World& world, Island& m, const Span& span) {
   StepScratch& scratch = m.scratch;
   update_kinematics(m);
   update_frames(world, m, span.fraction(1), span.whole);
   for (std::size_t n = m.count(); n < scratch.body_states.size(); ++n) {
-    // Their poses at the start of the step, from the mean motion.
+    // Extrapolates back to their poses at the start of the step.
     scratch.body_states[n].position -= span.h * scratch.body_states[n].velocity;
     scratch.body_states[n].rotation_matrix =
         glm::mat3_cast(from_rotation_vector(-span.h * scratch.body_states[n].angular_velocity) *
@@ -132,20 +130,20 @@ void place(const World& world, Island& m, const Span& span) {
   }
 }
 
-/// Of one body that nothing ties.
+/// Whether the body is free of joints, pins and cables.
 bool is_loose(const Island& m) {
   return m.blocks.empty() && m.elastic_pins.empty() && m.elastic_cables.empty() &&
          m.elastic_paths.empty();
 }
 
-/// Poses at the end of the step, and the second half of what free bodies turn.
+/// Poses at the end of the step, and the second half of the free rotation.
 void finish(Island& m, Real h) {
   StepScratch& scratch = m.scratch;
   Motions& s = scratch.state;
   for (std::size_t b = 0; b < m.count(); ++b) {
     const Vec3 before = s.v[b];
     s.v[b] = scratch.solution[2 * b];
-    // Where nothing is stiff: a fall that keeps its energy.
+    // A loose body falls with the mean velocity, which conserves energy.
     s.x[b] += is_loose(m) ? 0.5 * h * (before + s.v[b]) : h * s.v[b];
     Vec3 w = glm::conjugate(s.q[b]) * scratch.solution[2 * b + 1];
     const Vec3 first = scratch.from.w[b] + 0.5 * h * w;
@@ -161,7 +159,7 @@ bool step_euler(const World& world, Island& m, const Span& span) {
   turn_first_half(m, span.h);
   place(world, m, span);
   scratch.springs_active = true;
-  // What touches is where it was at the start.
+  // Contact points of surface joints are those at the start.
   const Real ends = scratch.time;
   scratch.time -= span.h;
   write_all_rows(world, m, {draws || !m.joint_forces.empty(), false});

@@ -12,8 +12,8 @@ constexpr int kMaxIterations = 40;
 /// Newton iterations with tangents; later ones use secants, which cannot cycle.
 constexpr int kNewton = 6;
 
-/// Where a moment of inertia is that much less than by a mass at the end of an arm, torques count
-/// by as much more.
+/// If a moment of inertia is smaller than mass times squared arm by this factor, torque residuals
+/// are weighted by it.
 constexpr Real kLight = 1e3;
 
 struct Scheme {
@@ -82,11 +82,11 @@ void advance_state(Island& m, const Scheme& k) {
 /// Largest residuals: of rows, in m or rad; of forces, and the size of the forces.
 struct Residuals {
   Real row = 0, force = 0, force_scale = 1e-300;
-  bool light = false;  // something hardly has a moment of inertia
+  bool light = false;  // a moment of inertia is tiny
 };
 
-/// Adds what the multipliers do to the force residuals of the bodies; the right-hand side becomes
-/// the residual of the rows.
+/// Adds constraint forces to the force residuals of the bodies; the right-hand side becomes the
+/// residual of the rows.
 void add_row_residuals(Island& m, const Scheme& k, Residuals& worst) {
   StepScratch& scratch = m.scratch;
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
@@ -117,8 +117,8 @@ void add_row_residuals(Island& m, const Scheme& k, Residuals& worst) {
   }
 }
 
-/// What presses surfaces together. Positions that lie on the constraints leave the multipliers off
-/// by the order of the step; the projection of the last step tells by how much.
+/// Normal forces of friction. With positions on the constraints, multipliers are off by the order
+/// of the step; the projection of the last step corrects them.
 void set_own_grips(Island& m) {
   StepScratch& scratch = m.scratch;
   scratch.step_lambda = scratch.sum_lambda;
@@ -151,8 +151,8 @@ Residuals find_residuals(const World& world, Island& m, const Scheme& k, Slope s
     }
   }
   add_row_residuals(m, k, worst);
-  // What hardly has a moment of inertia turns by a torque that is nothing beside the forces. (Of
-  // surfaces the reach is no arm.)
+  // A tiny moment of inertia responds to torques that are negligible beside the forces. (For
+  // surface joints the reach is no arm.)
   const Real reach = m.touches.empty() ? m.reach : 0;
   for (std::size_t b = 0; b < m.count(); ++b) {
     const Vec3 inertia = m.inertia[b];

@@ -1,6 +1,6 @@
 #pragma once
-/// What the solver knows of an integrator: a row, defined in the integrator's own file. The list of
-/// their names is in engine/world/integrators.hpp.
+/// Interface of an integrator: a row, defined in the integrator's own file. The list of their names
+/// is in engine/world/integrators.hpp.
 #include "engine/solvers/lagrangian/internal.hpp"
 
 namespace pantin::detail::lagrangian {
@@ -13,29 +13,31 @@ struct IntegratorRow {
   bool (*step_estimated)(const World&, Island&, const Span&, Real& error) = nullptr;
   /// Number of rates of the state (scratch.rates) that each needs.
   int stages = 0, stages_estimated = 0;
-  /// The estimate grows by this power of the step; a step that fails goes on with this part of it.
+  /// Power of the step in the error estimate; a step that fails is retried with this fraction.
   int estimate_order = 5;
   Real after_failure = 0.1;
   /// Needs no projection where its residual is within the tolerance.
   bool ends_on_joints = false;
-  /// A step that opens joints far may have reached another branch, and is given up.
+  /// A step that opens joints far may have reached another branch, and is rejected.
   bool may_open_joints = false;
   /// Springs and dampers are explicit forces: steps must be shorter than their time constants.
   bool efforts_are_forces = false;
-  /// Its projection is part of the motion: angular velocities turn along, and what it lifts is
-  /// taken from the kinetic energy. Together with a step that adds no energy, none is ever gained.
+  /// Its projection is part of the motion: it rotates angular velocities, and the potential energy
+  /// that it adds is taken from the kinetic energy. If the step adds no energy either, none is ever
+  /// gained.
   bool projection_moves = false;
-  /// Its multipliers of what binds poses lag by a part of the step, which its projection of twists
-  /// makes up for: where surfaces rub, both press them together.
+  /// Its multipliers of pose rows lag by a fraction of the step, which its projection of twists
+  /// corrects. Normal forces of friction include both.
   bool projection_presses = false;
-  /// Of the energy of an island that only weight does work on, what a step may make or lose before
-  /// it is halved; 0: nothing is asked.
+  /// Relative energy that a step may gain or lose before it is halved, in islands where only weight
+  /// does work; 0: unchecked.
   Real keeps_energy_to = 0;
-  /// Symplectic: between blows it gives back what it makes, and ten times as much may come and go.
+  /// Symplectic: energy errors oscillate between impacts, so they may be ten times as large.
   bool returns_energy = false;
   /// Steps in which bodies rotate far are not halved.
   bool turns_far = false;
-  /// Continues from accelerations, which are found anew after a jump or a step by another one.
+  /// Continues from accelerations, which are recomputed after a jump or a step of another
+  /// integrator.
   bool keeps_accelerations = false;
   /// Its multipliers are means of a step. Where singular configurations of loops leave these
   /// undetermined, Runge-Kutta takes the step.

@@ -1,4 +1,4 @@
-// What all files of the solver take for granted of packed islands and of the pattern of a factor.
+// Invariants of packed islands and of the factor's pattern, on which all files of the solver rely.
 #include "engine/base/invariants.hpp"
 
 #include <algorithm>

@@ -31,8 +31,8 @@ const Dof& dof_of(const World& world, std::uint32_t link, Coordinate which) {
 
 namespace {
 
-/// Slopes of a spring row over a step of the collocation. A motor at its bound has none; but one
-/// that leaves it within the step has those that it has then.
+/// Slopes of a spring row over a collocation step. A motor at its bound has none; one that leaves
+/// its bound within the step has its slopes there.
 LinearisedForce linearise_over_step(const World& world, const Island& m, const Block& b) {
   PANTIN_ASSERT(b.kind == BlockKind::spring);
   const Dof& dof = dof_of(world, b.source, b.coordinate);
@@ -51,7 +51,7 @@ LinearisedForce linearise_over_step(const World& world, const Island& m, const B
   return p;
 }
 
-/// The same of the three rows of a torque.
+/// The same for the three rows of a torque.
 void find_torque_slopes(const World& world, const Island& m, const Block& b,
                         const ForceSlopes& slopes) {
   const JointTorque of = torque_of(world, m, {b.source, {b.body[0], b.body[1]}});
@@ -119,7 +119,7 @@ void add_joint_forces(const World& world, Island& m) {
 
 namespace {
 
-/// Of a force along a coordinate of two bodies, which `of` names.
+/// Stiffness of a force along the coordinate `of` of two bodies.
 Stiffness stiffness_of(const Island& m, const CoordinateRow& row, const JointForce& of,
                        const Dof& dof) {
   Real mobile = 0;
@@ -154,7 +154,7 @@ Entity too_stiff_joint(const World& world, std::size_t number, Real h) {
   Entity found;
   Real most = 0;
   for (const JointForce& e : m.joint_forces) {
-    // A motor at its bound comes off it sooner or later.
+    // A motor at its bound leaves it sooner or later.
     Dof dof = dof_of(world, e.link, e.coordinate);
     dof.motor.cap = 1e300;
     const Stiffness one = stiffness_of(m, coordinate_row(world, m, e), e, dof);

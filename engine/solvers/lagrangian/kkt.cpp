@@ -18,7 +18,8 @@ namespace {
 
 /// Regularisation of dependent rows, relative to the mean diagonal; refinement removes its error.
 constexpr Real kRegularisation = 1e-8;
-/// Rows that friction bounds take less than others of a load that they share: so much more of it.
+/// Extra regularisation of rows bounded by friction: they carry less of a load that other rows
+/// share.
 constexpr Real kGive = 1e2;
 /// A smaller pivot, relative to the mean diagonal, means a dependent row.
 constexpr Real kPivotTolerance = 1e-12;
@@ -26,7 +27,7 @@ constexpr Real kPivotTolerance = 1e-12;
 constexpr Real kProbeFactor = 4;
 /// Pivots below this fraction of the scale are suspect.
 constexpr Real kSuspectPivot = 1e-4;
-/// Of forces: smaller residuals of rows are rounding.
+/// Relative to the forces: smaller residuals of rows are rounding.
 constexpr Real kForceRounding = 1e-9;
 constexpr int kRefinements = 8;
 
@@ -230,7 +231,7 @@ void add_motion(const Island& m, std::span<const Real> lambda, std::span<Vec3> a
   }
 }
 
-/// What keeps the ends of the longest arm on their circle, m/s^2.
+/// Centripetal acceleration at the end of the longest arm, m/s^2.
 Real turning(const Island& m) {
   Real fastest = 0;
   for (const Vec3& w : m.scratch.state.w) fastest = std::max(fastest, glm::dot(w, w));
@@ -292,8 +293,8 @@ Real solve(Island& m, const Known& known, const Unknowns& found, Real tolerance)
     for (std::size_t r = 0; r < m.rows; ++r) lambda[r] += scratch.step_lambda[r];
     add_motion(m, scratch.step_lambda, a);
   }
-  // What is rounding of the forces contradicts nothing, however little moves; nor is that of what
-  // turning bodies need.
+  // Rounding errors of forces, or of centripetal terms, are no inconsistency, however slow the
+  // motion.
   const Real part =
       row_residual / std::max(requested, kForceRounding * std::max(given, turning(m)));
   if (part > scratch.worst_relative_residual) {

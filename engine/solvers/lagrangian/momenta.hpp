@@ -1,5 +1,5 @@
 #pragma once
-/// Momenta of bodies and what changes them: shared by the integrators that step in momenta.
+/// Momenta of bodies and their changes: shared by the integrators that step in momenta.
 #include <algorithm>
 
 #include "engine/solvers/lagrangian/integrator.hpp"
@@ -39,7 +39,7 @@ inline Real rate_or_default(const Island& m, Real standard) {
   return m.settings.baumgarte > 0 ? m.settings.baumgarte : standard;
 }
 
-/// J V of what is known, to the right-hand side of rates.
+/// J V of frames, into the right-hand side of rates.
 inline void right_of_rates(Island& m) {
   std::fill(m.scratch.right.begin(), m.scratch.right.end(), 0.0);
   subtract_frame_twists(m, m.scratch.right);

@@ -78,7 +78,7 @@ struct Draft {
   const Island& m;
   std::vector<std::vector<Incident>> met;  // by body
   std::uint32_t blocks;
-  Sets near;                        // neighbours; of each node in the end those eliminated later
+  Sets near;                        // neighbours by node; in the end those eliminated later
   std::vector<std::uint32_t> size;  // unknowns, by node
   KktPattern p;
 

@@ -21,7 +21,7 @@ Pull pull_of(const Island& m, const BodyPairForce& p, const Pin& pin) {
   return pull;
 }
 
-/// Acceleration of the gap by the force, were the bodies free.
+/// Acceleration of the gap by a unit force, if the bodies were free.
 Mat3 mobility_of(const Island& m, const BodyPairForce& p, const Pull& pull) {
   Mat3 mobile(0);
   for (int k = 0; k < 2; ++k) {
@@ -58,7 +58,7 @@ void add_pin_forces(const World& world, Island& m) {
     PANTIN_ASSERT(h >= 0 && p.beside >= 1);
     const Real by_rate = pin.damping + h * pin.stiffness;
     Vec3 force = pin.stiffness * pull.gap + by_rate * pull.rate;
-    // Several at one body: as if each had its part of the mass.
+    // Several pins at one body divide its mass between them.
     if (h > 0)
       force = glm::inverse(Mat3(1) + p.beside * h * by_rate * mobility_of(m, p, pull)) * force;
     add_pair_force(m, p, {force, pull.arm[0], pull.arm[1]});

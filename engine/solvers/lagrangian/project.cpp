@@ -14,20 +14,20 @@ constexpr Real kRoundingFactor = 1e3;
 constexpr Real kSoftest = 1e-12, kSoftestLoop = 1e-6, kSofter = 100, kStiffer = 0.3, kStiffest = 1;
 /// Tolerance of joints in a rescued step, relative to the longest arm.
 constexpr Real kRescueTolerance = 0.02;
-/// Where the least correction by the masses does not converge, since thin bodies would turn about
-/// their axes by much, moments of inertia count as this part of the body's largest at least.
+/// The mass-weighted least correction may rotate thin bodies far about their axes and diverge. Then
+/// moments of inertia count as at least this fraction of the body's largest.
 constexpr Real kThick = 0.1;
-/// Longer corrections, rad, are no part of the motion: angular velocities turn along.
+/// rad: longer corrections are no motion and leave angular velocities unrotated.
 constexpr Real kMostTurned = 0.1;
 
-/// What a rotation by `way` that its angular velocity `w` did not tell of changes in the latter, in
-/// the body's axes: the gyroscopic torque of the two.
+/// Change of an angular velocity `w`, body axes, by a rotation `way` that is not part of it: the
+/// gyroscopic torque of the two.
 Vec3 gyroscopic_change(Vec3 w, Vec3 way, Vec3 inertia) {
   if (glm::dot(way, way) > kMostTurned * kMostTurned) return Vec3(0);
   return (glm::cross(inertia * w, way) + glm::cross(inertia * way, w)) / inertia;
 }
 
-/// Returns the work of the forces along the way.
+/// Displaces the bodies. Returns the work of the forces.
 Real move_bodies(Island& m, std::span<const Vec3> way) {
   PANTIN_ASSERT(way.size() == 2 * m.count());
   Motions& s = m.scratch.state;
@@ -125,7 +125,7 @@ void project_twists(Island& m, std::span<const Real> bias) {
 
 namespace {
 
-/// By what moments of inertia a correction of poses is the least.
+/// Inertia by which a correction of poses is minimal.
 enum class Metric : std::uint8_t { of_masses, thick };
 
 void look(const World& world, Island& m, Metric metric) {
@@ -135,7 +135,7 @@ void look(const World& world, Island& m, Metric metric) {
   m.residual = worst_residual(m);
 }
 
-/// The gap of a contact of surfaces, where no other row binds poses; else null.
+/// The gap row of a surface joint if no other row constrains poses; else null.
 const Block* only_gap(const Island& m) {
   const Block* gap = nullptr;
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
@@ -147,7 +147,7 @@ const Block* only_gap(const Island& m) {
   return gap;
 }
 
-/// One row is solved for without a factor.
+/// Solves the one row without a factor.
 void correct_gap(Island& m, const Block& gap) {
   StepScratch& scratch = m.scratch;
   PANTIN_ASSERT(gap.rows == 1);
@@ -165,7 +165,7 @@ void correct_gap(Island& m, const Block& gap) {
   for (Vec3& way : scratch.solution) way *= part;
 }
 
-/// Closes the only row of poses. What does not converge is left as it was.
+/// Closes the only pose row. Restores the poses if it does not converge.
 void close_gap(const World& world, Island& m, const Block& gap) {
   StepScratch& scratch = m.scratch;
   const Real tolerance = tolerance_of(m);
@@ -183,8 +183,8 @@ void close_gap(const World& world, Island& m, const Block& gap) {
   }
 }
 
-/// Newton's method on the rows that bind poses, with Levenberg's where it diverges. Returns whether
-/// the factor at the end is that of another matrix than the rows have.
+/// Newton's method on the pose rows, with Levenberg's where it diverges. Returns whether the last
+/// factor is regularised and so does not match the rows.
 bool close_poses(const World& world, Island& m, Metric metric) {
   constexpr Real kInfinite = std::numeric_limits<Real>::infinity();
   StepScratch& scratch = m.scratch;
@@ -200,7 +200,7 @@ bool close_poses(const World& world, Island& m, Metric metric) {
       if (m.residual <= kRoundingFactor * tolerance) break;
       scratch.state = scratch.from, scratch.projection_work = work_before;
       look(world, m, metric);
-      // The Newton step was too long: a shorter, regularised one. [Levenberg 1944]
+      // The Newton step was too long: retries a shorter, regularised one. [Levenberg 1944]
       if (fresh) weight = std::max(softest, kSofter * weight);
       if (weight > kStiffest) break;
     }
@@ -232,7 +232,7 @@ bool project(const World& world, Island& m, Real part, Real whole) {
   scratch.projection_work = 0;
   const Block* gap = m.rolls && m.residual > tolerance_of(m) ? only_gap(m) : nullptr;
   if (gap) close_gap(world, m, *gap);
-  // Rows that bind velocities only have no part in poses.
+  // Rows that constrain velocities only are left out for poses.
   const bool splits = m.rolls && m.residual > tolerance_of(m);
   if (splits)
     scratch.poses_only = true, clear_rolling(m), factor(m);

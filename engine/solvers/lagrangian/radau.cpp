@@ -1,5 +1,5 @@
-// Radau IIA with three stages, order 5: the accelerations of the stages are solved for together, by
-// Newton iterations that know the slopes of stiff forces. [Hairer & Wanner II, sec. IV.8]
+// Radau IIA with three stages, order 5: solves for the accelerations of all stages together, by
+// Newton iterations with the slopes of stiff forces. [Hairer & Wanner II, sec. IV.8]
 #include "engine/solvers/lagrangian/radau.hpp"
 
 #include <algorithm>
@@ -29,20 +29,20 @@ constexpr Real kFrom[3][3] = {
 constexpr Real kEstimate[3] = {-(13 + 7 * kRoot6) / 3, (-13 + 7 * kRoot6) / 3, -1.0 / 3};
 
 constexpr int kMostIterations = 12, kMostWithoutTolerance = 40;
-/// What iterations leave of a tolerance; where none is given, part of the largest number.
+/// Convergence: fraction of the tolerance; without one, fraction of the largest number.
 constexpr Real kLeft = 0.02, kRounding = 1e-14;
-/// Iterations whose corrections shrink no further than this part of the largest number have met
-/// rounding.
+/// If corrections stop shrinking below this fraction of the largest number, rounding is reached.
 constexpr Real kRoundingOfSolves = 1e-11;
-/// Corrections below this part may grow again where rounding is large (spins of thin bodies about
-/// their axes) or rates off the joints are (loops that lose rank): the stages before are kept.
+/// Corrections below this fraction may grow again where rounding is large (thin bodies that spin
+/// about their axes) or rates off the joints are (loops that lose rank): then the previous stages
+/// are kept.
 constexpr Real kSmallCorrection = 1e-7;
-/// Longest step, in parts of the last one, that accelerations are extrapolated over.
+/// Longest step, as a multiple of the last one, over which accelerations are extrapolated.
 constexpr Real kLongestExtrapolation = 4;
 
 using Stages = std::vector<Vec3>;
 
-/// A step: what it is of, and how exactly its equations are solved.
+/// A step and the tolerance of its solution.
 struct Attempt {
   const World& world;
   Island& m;
@@ -50,7 +50,7 @@ struct Attempt {
   Real tolerance = 0;  // 0: to rounding
 };
 
-/// The rate of the rotation vector of a turn whose angular velocity is `w`.
+/// The rate of a rotation vector `turn` for the angular velocity `w`.
 Vec3 rotation_rate(Vec3 turn, Vec3 w) {
   const Real angle2 = glm::dot(turn, turn);
   const Vec3 once = glm::cross(turn, w);
@@ -94,7 +94,7 @@ std::array<Real, 3> weights_at(Real s) {
   return w;
 }
 
-/// A first guess of the stages: the accelerations of the last step go on as they did; or none.
+/// Initial guess of the stages: extrapolates the accelerations of the last step; or none.
 void guess_stages(Island& m, Real h) {
   PANTIN_ASSERT(m.stage_accelerations.size() == 6 * m.count());
   CollocationScratch& s = m.scratch.collocation;
@@ -133,13 +133,13 @@ Real largest(const Stages& change) {
   Real most = 0;
   for (const Vec3& part : change) {
     const Real size = glm::dot(part, part);
-    if (!(size <= most)) most = size;  // none is kept too
+    if (!(size <= most)) most = size;  // NaN is kept, too
   }
   return std::sqrt(most);
 }
 
-/// One Newton iteration: its correction, into scratch.collocation.part. Returns the largest one of
-/// a body.
+/// One Newton iteration: its correction, into scratch.collocation.part. Returns the largest of any
+/// body.
 Real find_correction(const Attempt& a) {
   Island& m = a.m;
   CollocationScratch& s = m.scratch.collocation;
@@ -187,7 +187,7 @@ bool solve_stages(const Attempt& a) {
   Real before = std::numeric_limits<Real>::infinity();
   const Real row_residual = a.m.scratch.worst_relative_residual;
   for (int n = 0; n < most; ++n) {
-    // Of the last iteration only: stages on the way may open what is closed twice.
+    // Counts in the last iteration only: stages before convergence may violate redundant rows.
     a.m.scratch.worst_relative_residual = row_residual;
     const Real size = find_correction(a);
     ++a.m.iterations;
@@ -199,7 +199,7 @@ bool solve_stages(const Attempt& a) {
     if (size <= goal || (n > 0 && ratio < 1 && size * ratio <= goal * (1 - ratio))) return true;
     if (ratio > 0.5 && size <= kRoundingOfSolves * scale) return true;
     if (n > 1 && ratio >= 1) return size <= a.tolerance;
-    // Too slow to be done in time.
+    // Converges too slowly.
     if (n > 1 && size * std::pow(ratio, most - n) > goal && !to_rounding) return false;
     before = size;
   }
@@ -214,7 +214,7 @@ void start_step(const Attempt& a) {
   guess_stages(m, a.span.h);
 }
 
-/// The error by the rates `rate` at the start and by the stages. [sec. IV.8, eq. 8.19]
+/// Error estimate from the rates `rate` at the start and the stages. [sec. IV.8, eq. 8.19]
 Real estimate(Island& m, const Stages& rate, Real h) {
   CollocationScratch& s = m.scratch.collocation;
   PANTIN_ASSERT(s.error.size() == rate.size());
@@ -244,7 +244,7 @@ bool step_estimated(const World& world, Island& m, const Span& span, Real& error
   if (!solve_stages(a)) return false;
   error = estimate(m, s.rate_at_start, span.h);
   if (error > a.tolerance && std::isfinite(error)) {
-    // Where forces are stiff, the rates at the start say little: once more without what they damp.
+    // With stiff forces the rates at the start mislead: repeats the estimate with filtered ones.
     find_rates(a, s.error, 0, s.rate_at_start);
     error = estimate(m, s.rate_at_start, span.h);
   }

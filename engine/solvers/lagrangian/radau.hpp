@@ -1,24 +1,24 @@
 #pragma once
-/// What the implicit method of three stages shares with the linear systems of its steps.
+/// Shared by the implicit method of three stages and the linear systems of its steps.
 #include <array>
 
 #include "engine/solvers/lagrangian/internal.hpp"
 
 namespace pantin::detail::lagrangian {
 
-/// Vectors of a body in a state or a rate of a stage: way, rotation, velocity, angular velocity.
+/// Vectors of a body in a state or a rate: displacement, rotation, velocity, angular velocity.
 inline constexpr std::size_t kStageVectors = 4;
 
-/// Makes the room for a method of three stages.
+/// Allocates the scratch of a method of three stages.
 void allocate_collocation(Island& m);
 
 /// The systems of a step of `h`: for each eigenvalue z of the inverse of its coefficients,
 ///
 ///   (1 - g F') d = residual,   g = h / z
 ///
-/// where F' is the slope of the rates of the state that springs, motors, friction, drag and all
-/// that is elastic have, at the start of the step. Where none of them is stiff for a step of this
-/// length, F' counts as d way = velocity alone.
+/// where F' is the Jacobian of the rates at the start of the step, from springs, motors, friction,
+/// drag and compliant elements. Where none of them is stiff for a step of this length, F' is only
+/// d(displacement)/dt = velocity.
 ///
 /// Prepares both, real and complex, at the current state. Overwrites scratch.values.
 void prepare_stage_systems(const World& world, Island& m, Real h);

@@ -9,21 +9,21 @@ namespace pantin::detail::lagrangian {
 namespace {
 
 constexpr int kMaxIterations = 40;
-/// rad: a guess of multipliers that turns a body by more.
+/// rad: initial multipliers that rotate a body by more are rejected.
 constexpr Real kPoorTurn = 0.5;
-/// Residuals that fall by less in an iteration ask for a new factor, where moments are tiny by less
-/// than the other; up to this multiple of the tolerance they may be due to rounding.
+/// Residuals that fall by less than kFalls in an iteration cause a new factorisation; kFallsSlowly
+/// for tiny moments of inertia. Up to kRoundingFactor times the tolerance they may be rounding.
 constexpr Real kFalls = 0.25, kFallsSlowly = 0.6, kRoundingFactor = 1e3;
-/// Evaluations of forces that depend on the velocity at the end of a step; they contract by this
-/// factor at least, unless what still changes is that part of the speeds.
+/// Evaluations of forces that depend on the velocity at the end of a step. They must contract by
+/// kContracts, unless the last change is below kSlowChange of the speeds.
 constexpr int kRateIterations = 3;
 constexpr Real kContracts = 0.5, kSlowChange = 1e-3;
-/// A row that comes to depend on others so much more within a step, or less, is beside a singular
+/// Change of a row's dependence within a step, as a factor, that marks a nearby singular
 /// configuration.
 constexpr Real kNears = 9;
-/// What may be missing of friction, relative.
+/// Relative residual of the friction.
 constexpr Real kGripTolerance = 1e-11;
-/// Friction that changes by as much from one solution to the next, relative, does not end.
+/// Relative change between iterations at which friction does not converge.
 constexpr Real kGrows = 0.1;
 
 /// Rotates by `angle` about a body axis; `l` in body axes stays in space.
@@ -38,11 +38,11 @@ void rotate_about(Quat& q, Vec3& l, int axis, Real angle) {
   q = q * Quat(ch, way);
 }
 
-/// Free rotation over `h` by a symmetric splitting: a top, of which the two moments that are most
-/// alike are one, turns as it does exactly; before and after, half of what the other moment adds, a
-/// rotation about its axis. Symplectic and reversible; a thin body, whose spin about its axis
-/// rotations about all three would disturb, is such a top. `l` in body axes. [McLachlan 1993; Touma
-/// & Wisdom 1994]
+/// Free rotation over `h` by a symmetric splitting. The symmetric top, whose two most similar
+/// moments are equal, rotates exactly. Before and after it, half of the remaining term rotates
+/// about its axis. Symplectic and reversible. A thin body is such a top, so its spin about its axis
+/// is exact; rotations about all three axes would disturb it. `l` in body axes. [McLachlan 1993;
+/// Touma & Wisdom 1994]
 void rotate_freely(Quat& q, Vec3& l, Vec3 inertia, Real h) {
   const Vec3 mobile = 1.0 / inertia;
   int axis = 0;  // of the top
@@ -58,8 +58,8 @@ void rotate_freely(Quat& q, Vec3& l, Vec3 inertia, Real h) {
   q = glm::normalize(q);
 }
 
-/// A correction of the multipliers for the residuals in scratch.right, into scratch.step_lambda, of
-/// which only what moves bodies is kept: by the Jacobian that the factor is of.
+/// A correction of the multipliers for the residuals in scratch.right, into scratch.step_lambda.
+/// Keeps only the part that moves bodies, by the Jacobian that was factored.
 enum class FactorOf : std::uint8_t { start, end };
 void find_correction(Island& m, FactorOf of) {
   StepScratch& scratch = m.scratch;
@@ -69,12 +69,12 @@ void find_correction(Island& m, FactorOf of) {
   if (of == FactorOf::start) std::swap(scratch.jacobian, scratch.jacobian_before);
 }
 
-/// m: what a body's turn counts by; not 0 where its joint is at its mass centre.
+/// m: arm that converts a body's rotation to displacement; not 0 for a joint at the mass centre.
 Real arm_of(const Island& m, std::size_t b) {
   return m.reach + radius_of_gyration(m.inertia[b], m.mass[b]);
 }
 
-/// m: how far a point of a body comes in `time` at most, at the speeds that it started with.
+/// m: bound on the displacement of a body's points in `time`, at the initial speeds.
 Real way_of_step(const Island& m, Real time) {
   Real most = 0;
   for (std::size_t b = 0; b < m.count(); ++b)
@@ -83,8 +83,8 @@ Real way_of_step(const Island& m, Real time) {
   return most;
 }
 
-/// Whether the multipliers of the last step, that the bodies were moved with, are no guess for this
-/// one: they turn something that hardly has a moment of inertia.
+/// Whether the multipliers of the last step are a poor initial guess: they rotate a body with a
+/// tiny moment of inertia too far.
 bool is_poor_guess(const Island& m, Real h) {
   Real most = 0;
   for (std::size_t b = 0; b < m.count(); ++b)
@@ -92,7 +92,7 @@ bool is_poor_guess(const Island& m, Real h) {
   return h * most > kPoorTurn;
 }
 
-/// m: what rounding of the multipliers moves bodies by in a step; much where moments are tiny.
+/// m: displacement by rounding errors of the multipliers in a step; large where moments are tiny.
 Real rounding_of(const Island& m, std::span<const Real> lambda, Real h) {
   Real most = 0, mobile = 0;
   for (std::size_t r = 0; r < m.rows; ++r)
@@ -100,8 +100,8 @@ Real rounding_of(const Island& m, std::span<const Real> lambda, Real h) {
   return std::numeric_limits<Real>::epsilon() * most * mobile * h * h / 2;
 }
 
-/// Forces of constraint at the start of the step, into scratch.lambda. Rows that bind velocities
-/// only say nothing of poses at its end; they act in the first half as they do now.
+/// Constraint forces at the start of the step, into scratch.lambda. Rows that constrain velocities
+/// only act in the first half with these: poses at its end do not determine them.
 void find_forces_now(const World& world, Island& m) {
   StepScratch& scratch = m.scratch;
   add_forces(world, m, Torques::with_gyroscopic);
@@ -111,9 +111,10 @@ void find_forces_now(const World& world, Island& m) {
         {std::span(scratch.motion).first(2 * m.count()), scratch.lambda});
 }
 
-/// Whether the step starts or ends beside a singular configuration, nearer than a third of the way
-/// that it turns. Rows that depend on one another there tell speeds only what the errors of poses
-/// make of them. Where one of several redundant rows takes the place of another, the product stays.
+/// Whether the step starts or ends near a singular configuration: nearer than a third of the
+/// rotation in the step. There, the velocities along nearly dependent rows consist of errors of the
+/// poses. If one redundant row replaces another as the dependent one, the product of changes stays
+/// constant.
 bool is_beside_singular(Island& m, Real h) {
   StepScratch& scratch = m.scratch;
   if (!scratch.shuns_singular) return false;
@@ -132,8 +133,8 @@ bool is_beside_singular(Island& m, Real h) {
                                    nearest * turn * turn > kNears;
 }
 
-/// The second half of the step, at its end. Forces that depend on velocity are evaluated again with
-/// the new velocity. False: they push to and fro.
+/// The second half of the step. Evaluates velocity-dependent forces again with the new velocity.
+/// False: they oscillate.
 bool end_velocities(const World& world, Island& m, Real h) {
   StepScratch& scratch = m.scratch;
   Motions& s = scratch.state;
@@ -154,7 +155,7 @@ bool end_velocities(const World& world, Island& m, Real h) {
       scratch.body_states[b].angular_velocity = s.w[b] = w;
     }
   }
-  // Dry friction that turns with every iteration would go on to push to and fro.
+  // Dry friction that reverses with every iteration would go on to oscillate.
   return !m.damped || moved <= kContracts * moved_before ||
          moved <= kSlowChange * way_of_step(m, 1);
 }
@@ -205,13 +206,13 @@ bool step_once(const World& world, Island& m, const Span& span) {
     const Real worst = worst_residual(m);
     ++m.iterations;
     if (!std::isfinite(worst)) return false;
-    // What falls no faster is rounding.
+    // A residual that falls no faster is rounding.
     closed = worst <= tolerance || (worst <= kRoundingFactor * tolerance && worst > 0.5 * before) ||
              (worst <= rounding_of(m, scratch.sum_lambda, h) && worst > kFalls * before);
     const Real last = before;
     before = worst;
     if (closed) break;
-    // Where loops or surfaces may be singular the factor has to follow.
+    // Near singular loops or surfaces the factor has to follow the state instead.
     if (n == 0 && !m.loops && m.touches.empty() && is_poor_guess(m, h)) {
       std::fill(scratch.sum_lambda.begin(), scratch.sum_lambda.end(), 0.0);
       falls = kFallsSlowly;
@@ -237,7 +238,7 @@ bool step_once(const World& world, Island& m, const Span& span) {
   return true;
 }
 
-/// Friction acts with the mean force that presses surfaces together.
+/// Iterates until friction agrees with the mean normal force.
 bool step_rattle(const World& world, Island& m, const Span& span) {
   bool jammed = false;
   for (int n = 0;; ++n) {

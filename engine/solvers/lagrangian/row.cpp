@@ -11,7 +11,7 @@
 namespace pantin::detail::lagrangian {
 namespace {
 
-/// Whole steps.
+/// Takes whole steps.
 void predict(World& world, const StepTask& task) {
   ContactScratch& contacts = world.memory.of<Islands>().contacts;
   contacts.unsolved = 0, contacts.unsolved_at = Entity{};
@@ -19,7 +19,7 @@ void predict(World& world, const StepTask& task) {
   for_each_island(all.size(), task, [&](std::size_t i) { step(world, all[i], task.h); });
 }
 
-/// Whether nothing has moved or been moved.
+/// Whether nothing moves or was moved.
 bool asleep(const World& world) {
   for (const Island& m : islands_of(world))
     for (std::size_t b = 0; b < m.count(); ++b) {
@@ -30,8 +30,8 @@ bool asleep(const World& world) {
   return true;
 }
 
-/// Bound on the displacement of a body's surface in the step: twice the one without contacts, and
-/// what others may give.
+/// Bound on the displacement of a body's surface in the step: that of the last step and that of its
+/// velocity, with a margin for contacts.
 Real reach_of(const World& world, const Island& m, std::size_t b, Real h) {
   const Shapes* shapes = world.shapes.find(m.bodies[b]);
   if (!shapes) return 0;
@@ -71,7 +71,7 @@ bool is_own(const World& world, std::uint32_t slot) {
   return owner && owner.solver == kLagrangian;
 }
 
-/// Those that nothing resolves have no force.
+/// Takes the contacts of this solver's bodies; those that stay unresolved have no force.
 void take_contacts(World& world, Real) {
   for (Contact& c : contacts_of(world))
     if (is_own(world, c.slot_a)) c.active = false, c.force = Vec3(0), c.depth = 0;

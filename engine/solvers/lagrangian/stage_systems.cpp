@@ -1,5 +1,5 @@
-// Linear systems of an implicit method of three stages: M with drag, J of joints, and compliant
-// rows for all that is elastic or damped, whose compliances are complex for the complex system.
+// Linear systems of an implicit method of three stages: M with drag, J of joints, and rows of
+// compliant elements and dampers, whose compliances are complex in the complex system.
 #include <algorithm>
 
 #include "engine/solvers/lagrangian/kkt_blocks.hpp"
@@ -8,11 +8,11 @@
 namespace pantin::detail::lagrangian {
 namespace {
 
-/// Of dependent rows, relative to the diagonal: the systems only speed up what converges anyway.
+/// For dependent rows, relative to the diagonal: the systems only speed up convergence.
 constexpr Real kRegularisation = 1e-8, kPivotTolerance = 1e-12;
-/// Rates times steps below this one need no slope: plain iterations settle them.
+/// Rates times steps below this need no slope: fixed-point iterations converge.
 constexpr Real kNotStiff = 0.02;
-/// Least effect of a compliant row on its rate, relative: rows without slopes stay solvable.
+/// Least effect of a compliant row on its rate, relative: keeps rows without slopes solvable.
 constexpr Real kLeastEffect = 1e-12;
 
 /// Parts of a number: real, or real and imaginary.
@@ -24,7 +24,7 @@ Complex number_of(const Real (&parts)[2]) { return {parts[0], parts[1]}; }
 Real part_of(Real x, std::size_t) { return x; }
 Real part_of(Complex x, std::size_t part) { return part == 0 ? x.re : x.im; }
 
-/// One of the systems, and what its right-hand side and solution are kept in.
+/// One of the systems, with storage for its right-hand side and solution.
 template <class T>
 struct StageSystem {
   Island& m;
@@ -32,7 +32,7 @@ struct StageSystem {
   std::vector<T>&values, &right;
   bool braked = false;
 
-  /// What drag over the step leaves of a body's speed.
+  /// Fraction of a body's speed that drag leaves over the step.
   T share_of(std::size_t body) const { return braked ? T(1) / (T(1) + g * T(m.drag[body])) : T(1); }
 };
 
@@ -69,7 +69,7 @@ void clear_hub_rows(const Island& m, std::vector<Complex>& values) {
     for (std::size_t i = 0; i < 6u * m.blocks[k.block].rows; ++i) values[k.target + i].im = 0;
 }
 
-/// J M^-1 J^T with what drag leaves of each body.
+/// J M^-1 J^T with the inverse masses reduced by drag.
 template <class T>
 void assemble_system(const StageSystem<T>& s) {
   Island& m = s.m;
@@ -128,7 +128,7 @@ void factor_system(const StageSystem<T>& s) {
 template <class T>
 using StageParts = std::vector<Vec3>* const (&)[kParts<T>];
 
-/// Right-hand side of the rows: what the residual itself changes their rates by.
+/// Right-hand side of the rows: change of their rates by the residual itself.
 template <class T>
 void find_right(const StageSystem<T>& s, StageParts<T> d) {
   const Island& m = s.m;
@@ -165,7 +165,7 @@ void find_right(const StageSystem<T>& s, StageParts<T> d) {
   }
 }
 
-/// The solution from what the rows pull with.
+/// The solution from the multipliers of the rows.
 template <class T>
 void move_bodies(const StageSystem<T>& s, StageParts<T> d) {
   const Island& m = s.m;
@@ -212,7 +212,7 @@ void solve_system(const StageSystem<T>& s, StageParts<T> d) {
   move_bodies(s, d);
 }
 
-/// Whether anything has a slope that a step of `h` has to know of.
+/// Whether any slope is significant for a step of `h`.
 bool is_stiff(const Island& m, Real h) {
   const CollocationScratch& s = m.scratch.collocation;
   for (const Block& b : m.blocks)

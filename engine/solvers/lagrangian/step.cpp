@@ -42,7 +42,7 @@ void gather(const World& world, Island& m, Real h) {
   m.size = std::max(m.size, m.reach);
 }
 
-/// The state before the step, for contacts.
+/// Records the state before the step, for contacts.
 void note_entry(Island& m) {
   m.scratch.entry = m.scratch.state;
   PANTIN_ASSERT(m.scratch.frame_starts.size() == m.frames.size());
@@ -58,7 +58,7 @@ struct GearSide {
 GearSide first_of(const Block& gear) { return {gear, 0}; }
 GearSide second_of(const Block& gear) { return {gear, 2}; }
 
-/// A coordinate of a gear, next to the one before.
+/// A coordinate of a gear, on the revolution nearest to `before`.
 Real value_of(const World& world, const Island& m, const GearSide& side, Real before) {
   const auto& [b, end] = side;
   PANTIN_ASSERT(b.kind == BlockKind::gear && (end == 0 || end == 2));
@@ -71,8 +71,8 @@ Real value_of(const World& world, const Island& m, const GearSide& side, Real be
   return c;
 }
 
-/// From which revolution coordinates count: from the last one known, or from the nearest, or the
-/// one given by the travel of a screw or rack.
+/// Reference for counting revolutions: the last known coordinate; or the nearest revolution, unless
+/// the travel of a screw or rack determines it.
 enum class CountFrom : std::uint8_t { last, nearest };
 
 /// Updates the coordinates, counting whole revolutions.
@@ -197,7 +197,7 @@ void allocate_scratch(Island& m) {
   r.ready = true;
 }
 
-/// Advances the state that was gathered. False: it cannot be.
+/// Advances the gathered state. False: failure.
 bool take_step(World& world, Island& m, Real h) {
   const bool begins = m.fresh;
   bool good = all_within_bounds(m) && m.scratch.lost_touch == UINT32_MAX;

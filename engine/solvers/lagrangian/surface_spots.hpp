@@ -1,5 +1,5 @@
 #pragma once
-/// The places of contacts of surfaces: what the files of them share.
+/// Tracked pairs of surface joints: shared by their files.
 #include <algorithm>
 #include <cmath>
 
@@ -8,15 +8,15 @@
 
 namespace pantin::detail::lagrangian {
 
-/// A relative turn (rad), and a part of the smaller surface's size, after which all pairs are
-/// looked at again.
+/// Relative rotation (rad), and displacement as a fraction of the smaller surface, after which all
+/// pairs are searched again.
 constexpr Real kSearchTurn = 0.3, kSearchWay = 0.05;
-/// Pairs that are compared.
+/// Pairs that one search compares.
 constexpr std::size_t kMostPairs = 16;
-/// An overlap that bodies may start with, of the smaller surface. What overlaps more, and by more
-/// than they moved since the last search, is a pair of far sides.
+/// Largest initial overlap, as a fraction of the smaller surface. A pair that is deeper, and deeper
+/// than the motion since the last search, is one of far sides.
 constexpr Real kDeepest = 0.05;
-/// One pair is another's, in parts of the smaller surface.
+/// Pairs nearer than this fraction of the smaller surface are the same.
 constexpr Real kAlike = 1e-5;
 
 inline Real size_of(const ContactSurface& s) { return s.curve ? s.curve->size() : s.skin->size(); }
@@ -37,23 +37,23 @@ inline Real extent_of(const ContactSurface& surface) {
   return most;
 }
 
-/// How a has moved as seen from b.
+/// Motion of a as seen from b.
 struct Moved {
   Real turn = 0, way = 0;  // rad, m
 
-  /// The farthest that a place of a has come, m.
+  /// Upper bound of the displacement of a's points, m.
   Real most(const SurfaceContact& c) const { return way + turn * extent_of(c.on_a); }
 };
 inline Moved moved(const Pose& from, const Pose& to) {
   const Real cosine = std::min(std::abs(glm::dot(to.rotation, from.rotation)), Real(1));
   return {2 * std::acos(cosine), glm::distance(to.position, from.position)};
 }
-/// Far enough for all pairs to be looked at again.
+/// Whether all pairs have to be searched again.
 inline bool is_far(const Moved& since, const SurfaceContact& c) {
   return since.turn > kSearchTurn || since.way > kSearchWay * smaller_size(c);
 }
 
-/// The places of one contact: those of an island that follow one another.
+/// The tracked pairs of one contact: consecutive slots of an island.
 struct Spots {
   const World& world;
   Island& m;
@@ -90,23 +90,22 @@ inline bool are_alike(const SurfaceContact& c, const nurbs::PlacePair& x,
   return near(c.on_a, x.a, y.a) && near(c.on_b, x.b, y.b);
 }
 
-/// Whether a pair may be where the surfaces have met, at most so far within one another, not one of
-/// far sides.
+/// Whether a pair may be a contact no deeper than `most`, rather than one of far sides.
 inline bool may_have_met(const nurbs::CommonNormal& pair, Real most) {
   return pair.gap >= -most && 2 * pair.gap * pair.least_curvature >= -1;
 }
 
-/// Two surfaces without hollows have one pair.
+/// Two convex surfaces have one pair.
 inline bool is_convex(const SurfaceContact& c) {
   return c.on_a.skin && c.on_b.skin && c.on_a.skin->is_convex() && c.on_b.skin->is_convex();
 }
-/// A pair that was followed, and is none of least gap any more, or none at all.
+/// Whether a tracked pair is no longer a minimum of the gap, or is lost.
 inline bool has_ended(const Spots& s, std::size_t n) {
   const nurbs::CommonNormal& pair = s.m.scratch.touching[s.first + n].pair;
   return s.memory(n).known &&
          !(pair.status == nurbs::ContactStatus::found && pair.least_curvature > 0);
 }
-/// Where a stands as seen from b in the present state of the solver.
+/// Pose of a in b in the present state of the solver.
 Pose a_in_b_now(const Spots& s);
 
 }  // namespace pantin::detail::lagrangian

@@ -119,7 +119,7 @@ void write_limit(const World& world, Island& m, std::size_t block) {
   winch[0] = {1, 0, 0}, winch[1] = Vec3(0);
 }
 
-/// One of the two coordinates that a gear couples: its link, where the bodies of that stand in
+/// One of the two coordinates that a gear couples: its link, the indices of that link's bodies in
 /// Block::body, and its value before.
 struct CoupledCoordinate {
   Entity link;
@@ -163,7 +163,7 @@ void add_elastic_forces(const World& world, Island& m) {
   add_pin_forces(world, m);
 }
 
-/// Rows along which elastic things give way, as write_all_rows() leaves them where they act.
+/// Rows of compliant elements: zero unless springs are active.
 void write_compliant(const World& world, Island& m, const Block& b) {
   Vec3* j = &m.scratch.jacobian[b.first_vector];
   std::fill(j, j + vectors_of(b), Vec3(0));
@@ -290,7 +290,7 @@ void write_all_rows(const World& world, Island& m, Want want) {
         write_surface(world, m, i, want);
         break;
       case BlockKind::roll:
-        break;  // with the block before
+        break;  // written with the block before
       case BlockKind::spring:
         if (!scratch.springs_active) {
           std::fill(out.j, out.j + 4, Vec3(0));

@@ -11,7 +11,7 @@
 namespace pantin::detail::lagrangian {
 namespace {
 
-/// s: half the time over which the target of a drive shows how fast it turns.
+/// s: half the interval of the finite difference for a drive target's angular velocity.
 constexpr Real kDifference = 1e-3;
 
 Mat3 along_itself(Vec3 v) { return glm::outerProduct(v, v); }
@@ -58,7 +58,7 @@ void add_soft_stops(const World& world, const Island& m, const BodyPairForce& p,
   }
 }
 
-/// Angular acceleration of b relative to a by a torque, were both free.
+/// Relative angular acceleration of b by a unit torque, if both bodies were free.
 Mat3 mobility_of(const Island& m, const BodyPairForce& p) {
   Mat3 mobile(0);
   for (const std::uint32_t body : p.body)
@@ -66,7 +66,7 @@ Mat3 mobility_of(const Island& m, const BodyPairForce& p) {
   return mobile;
 }
 
-/// The directions about which a joint may turn, world axes; zeros beside them.
+/// The axes about which a joint may rotate, world axes; zero vectors otherwise.
 std::array<Vec3, 3> turning_directions(const World& world, const Island& m,
                                        const BodyPairForce& p) {
   const Joint& joint = world.links.values()[p.source].joint;

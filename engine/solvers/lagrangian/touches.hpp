@@ -1,5 +1,5 @@
 #pragma once
-/// Where surfaces touch: what an island keeps of it, and what it finds in a step.
+/// Surface joints: the state that an island keeps of them, and what it finds in a step.
 #include <array>
 #include <memory>
 
@@ -8,12 +8,12 @@
 
 namespace pantin::detail::lagrangian {
 
-/// Where two surfaces touch at one time: the coordinates of their contact.
+/// Contact point of two surfaces at one time: the coordinates of their joint.
 struct SurfaceCoordinates {
   nurbs::PlacePair at;
-  std::array<Real, 4> rates{};  // of the parameters when they were found last
+  std::array<Real, 4> rates{};  // of the parameters, as last computed
   Real time = 0;                // s, of `at`
-  Real slip = 0;                // m, of curves: their ways since they began to roll do not match
+  Real slip = 0;                // m, of curves: difference of the arc lengths rolled
 
   static void fields(auto& self, auto&& field) {
     field("at", self.at);
@@ -23,7 +23,7 @@ struct SurfaceCoordinates {
   }
 };
 
-/// The curves of a contact, made ready to tell ways along them; or none.
+/// The curves of a contact, prepared for arc lengths; or none.
 struct SurfaceWays {
   std::shared_ptr<const nurbs::CurvePieces> a, b;
 
@@ -33,17 +33,17 @@ struct SurfaceWays {
   }
 };
 
-/// State of a contact of surfaces besides.
+/// Further state of a tracked pair.
 struct SurfaceMemory {
   SurfaceCoordinates touch;
-  bool known = false;                                      // where they touch
-  nurbs::ContactStatus how = nurbs::ContactStatus::found;  // else the joint has let go
-  Pose searched;        // a in b when all pairs were looked at last
-  bool is_far = false;  // then there was none near
+  bool known = false;                                      // `touch` is a tracked pair
+  nurbs::ContactStatus how = nurbs::ContactStatus::found;  // otherwise the joint was released
+  Pose searched;        // a in b at the last search of all pairs
+  bool is_far = false;  // that search found no pair near
   bool was_searched = false;
-  bool is_least = true;  // the gap has its least there
-  Real projected = 0;    // N: what the projection of the last step pressed them together with
-  Vec3 slip{0};          // world, unit: the way that a slips on b, where friction does not hold
+  bool is_least = true;  // the gap is a minimum there
+  Real projected = 0;    // N: normal force from the projection of the last step
+  Vec3 slip{0};          // world, unit: direction of slip of a on b, where friction slips
 
   bool is_over() const { return how != nurbs::ContactStatus::found; }
 
@@ -60,9 +60,9 @@ struct SurfaceMemory {
   }
 };
 
-/// What the rows of a contact were written from last.
+/// Data from which the rows of a contact were last written.
 struct SurfaceFound {
-  // In the frame of b, where a stood at `a_in_b`; such a pose is not looked at twice in a step.
+  // In the frame of b, for a at `a_in_b`; one pose is tracked only once a step.
   nurbs::CommonNormal pair;
   Pose a_in_b;
   bool is_fresh = false;
@@ -70,26 +70,27 @@ struct SurfaceFound {
   Real gap = 0;             // m
   Vec3 tangent[2] = {};     // of the rows of rolling
   Vec3 arm[2] = {};         // from the mass centres to the points, m
-  Vec3 from[2] = {};        // on either, in its frame, at the start of this part of the step
-  // The normal as seen from either: then, and how it turned in the part, 1/s.
+  Vec3 from[2] = {};        // on either, in its frame, at the start of this substep
+  // The normal as seen from either: at that time, and its rate in the substep, 1/s.
   Vec3 normal_from[2] = {}, normal_rate[2] = {};
   bool knows_rate = false;
-  Real opened = 0;  // m/s: how fast they came apart then
+  Real opened = 0;  // m/s: opening speed at the start of the substep
   bool is_set_back = false;
   bool gap_follows = false;  // from rolling and other joints: its row is redundant
-  bool has_let_go = false;   // lifted off, or began to slip, at the end of this part
-  // Of the first place of a contact: where a stood in the frame of b then, and what was the least
-  // gap when all pairs were looked at, m.
+  bool has_let_go = false;   // lifted off, or began to slip, at the end of this substep
+  // For the first slot of a contact: pose of a in b at the start of the substep; least gap, m, at
+  // the last search of all pairs.
   Pose begun;
   Real clear = 0;
-  // Friction: the unit way that it acts against, what presses the surfaces together (N), and how
-  // fast they slipped at the start of this part of the step.
+  // Friction: unit direction of slip that it opposes, normal force (N), and slip speed at the start
+  // of this substep.
   Vec3 along{0};
   Real grip = 0, slip_before = 0;
-  // What held gave way in this part of the step; or did, and did not slip: it holds for this part.
+  // Sticking that failed in this substep; or failed in the wrong direction, so it sticks until the
+  // substep ends.
   enum class Holds : std::uint8_t { as_it_can, gave_way, anyway } holds = Holds::as_it_can;
   int ends = 0;       // of slips in this step
-  bool jams = false;  // friction that presses itself together without end: nothing slips there
+  bool jams = false;  // friction increases its own normal force without bound: it sticks
 };
 
 }  // namespace pantin::detail::lagrangian
