@@ -13,7 +13,7 @@ Pose pose_of(const World& world, const Planar& all, std::uint32_t body) {
   return world.bodies.values()[all.bodies[body].slot].pose;
 }
 
-/// A pulley as the motions of the step have brought it.
+/// A pulley at the current motions of the step.
 BeltPlace place_in(const World& world, const Planar& all, const PulleyAt& at) {
   const Motions& m = all.scratch.motions;
   PANTIN_ASSERT(at.index < at.belt.pulleys.size() && at.body < m.position.size());
@@ -33,7 +33,7 @@ void push(Motions& m, const Row& row, Real impulse, Real h) {
   }
 }
 
-/// Names its bodies all the same: the factor keeps its pattern.
+/// An empty row that names its bodies, so that the factor keeps its pattern.
 Row slack_row(const FlatSpan& of) {
   Row row;
   row.add(of.a, Vec3(0)), row.add(of.b, Vec3(0));

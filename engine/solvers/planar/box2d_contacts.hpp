@@ -1,6 +1,6 @@
 #pragma once
-/// What Box2D is told of contacts: who may touch, who collides, and where impulses begin. Included
-/// by box2d_plane.cpp alone.
+/// Box2D's contact callbacks: filtering, collision decisions, warm start. Included by
+/// box2d_plane.cpp alone.
 #include <box2d/box2d.h>
 
 #include <algorithm>
@@ -36,7 +36,7 @@ class Filter final : public b2ContactFilter {
   const Plane& plane_;
 };
 
-/// How far a fixture reaches along a direction, units.
+/// Support of a fixture along a direction, units.
 inline Real reach_along(const b2Fixture& f, Vec3 way) {
   const b2Transform& at = f.GetBody()->GetTransform();
   const auto along = [&](b2Vec2 p) {
@@ -53,7 +53,7 @@ inline Real reach_along(const b2Fixture& f, Vec3 way) {
   return most;
 }
 
-/// Whether a surface that is solid towards `way` lets pass a fixture that it has in its direction
+/// Whether a one-way surface, solid towards `way`, lets a fixture pass that is in its direction
 /// `outwards`.
 inline bool is_let_pass(const b2Fixture& surface, Vec3 way, Vec3 outwards, const b2Fixture& other) {
   if (way == Vec3(0)) return false;
@@ -61,7 +61,7 @@ inline bool is_let_pass(const b2Fixture& surface, Vec3 way, Vec3 outwards, const
                                reach_along(other, way), reach_along(surface, way)});
 }
 
-/// The touch of a manifold's point, without its impulses.
+/// The contact of a manifold's point, without its impulses.
 inline PlaneContact touch_of(b2Contact& contact, const b2ManifoldPoint& point) {
   const FixtureAt a = unpacked(*contact.GetFixtureA()), b = unpacked(*contact.GetFixtureB());
   PlaneContact t;
@@ -70,18 +70,18 @@ inline PlaneContact touch_of(b2Contact& contact, const b2ManifoldPoint& point) {
   return t;
 }
 
-/// Starts the contacts of the first substep from the impulses of the last step, and adds up what
-/// they bear. Lets pass what does not collide.
+/// Warm-starts the contacts of the first substep from the last step, sums the impulses, and
+/// disables contacts that do not collide.
 class ContactListener final : public b2ContactListener {
  public:
-  /// `origin` (m) is where Box2D's is; `to_box2d` are units in a metre.
+  /// `origin` (m): Box2D's origin; `to_box2d`: units per metre.
   ContactListener(const Plane& plane, const std::vector<PlaneContact>& before, Vec3 origin,
                   Real to_box2d)
       : plane_(plane), before_(before), origin_(origin), scale_(to_box2d) {}
   void end() {
     if (std::exchange(on_, false)) std::sort(borne_.begin(), borne_.end(), comes_before);
   }
-  /// What contacts have borne in the step; those that are over at its end, too. Sorted.
+  /// Impulses of the step, sorted; includes contacts that ended in it.
   const std::vector<PlaneContact>& borne() const { return borne_; }
   void PostSolve(b2Contact* contact, const b2ContactImpulse* impulse) override {
     b2WorldManifold at;
@@ -109,7 +109,7 @@ class ContactListener final : public b2ContactListener {
   }
 
  private:
-  /// The list is sorted after the first substep; from then on few are new.
+  /// The list is sorted after the first substep; from then on few contacts are new.
   PlaneContact& sum_of(const PlaneContact& t) {
     auto at = borne_.end();
     if (!on_) at = std::lower_bound(borne_.begin(), at, t, comes_before);

@@ -1,4 +1,4 @@
-// With box2d_contacts.hpp the only file that knows Box2D 2.4.
+// With box2d_contacts.hpp the only file that depends on Box2D 2.4.
 #include "engine/solvers/planar/plane.hpp"
 
 #ifdef PANTIN_HAS_BOX2D
@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kVelocityIterations = 8, kPositionIterations = 3;
 constexpr int kFewestSubsteps = 4, kMostSubsteps = 64;
-// Box2D cuts a motion off at 2 units and a quarter of a turn in a step.
+// Box2D clamps the motion of a step to 2 units and a quarter of a turn.
 constexpr Real kMostUnits = 1.2, kMostTurn = 1.0;
 // Box2D rests polygons one linear slop inside their radii, which are two slops wide. Outlines are
 // offset inwards or outwards so that the given surfaces meet.
@@ -43,7 +43,7 @@ Scale scale_of(const Plane& plane) {
   return scale;
 }
 
-/// The radius of a circle about the origin that all bodies that move are well within, m.
+/// The radius of a circle about the origin that contains all moving bodies with a margin, m.
 Real reach_of(const Plane& plane, const Scale& scale) {
   Real reach = 0;
   for (const PlaneBody& b : plane.bodies)
@@ -52,7 +52,7 @@ Real reach_of(const Plane& plane, const Scale& scale) {
   return reach + 20 * plane.unit;
 }
 
-/// Corners moved in by `inset`; the middle where the polygon is too thin for that.
+/// Corners moved inwards by the inset; unchanged if the polygon is too thin for that.
 int move_in(const b2Vec2* from, int count, b2Vec2* to) {
   for (int i = 0; i < count; ++i) {
     const b2Vec2 before = from[(i + count - 1) % count], at = from[i],
@@ -60,7 +60,7 @@ int move_in(const b2Vec2* from, int count, b2Vec2* to) {
     b2Vec2 in = at - before, out = after - at;
     in.Normalize(), out.Normalize();
     const float turn = b2Cross(in, out);
-    // Where the edges meet after both were moved to the left.
+    // Intersection of both edges after they moved to the left.
     const float along = turn > 1e-3f ? (1 - b2Dot(in, out)) / turn : 0;
     const b2Vec2 left(-out.y, out.x);
     to[i] = at + kInset * (left + along * out);
@@ -72,8 +72,8 @@ int move_in(const b2Vec2* from, int count, b2Vec2* to) {
 }
 
 void add_polygon(b2Body& body, b2FixtureDef& how, const b2Vec2* corners, int count) {
-  // Not by Set(), which begins at the corner that is farthest to the right: contacts would lose
-  // their names when another one is.
+  // Not by Set(), which starts at the rightmost corner: contact ids would change when another
+  // corner becomes the rightmost.
   b2PolygonShape shape;
   shape.m_count = move_in(corners, count, shape.m_vertices);
   shape.m_centroid.SetZero();
@@ -88,7 +88,7 @@ void add_polygon(b2Body& body, b2FixtureDef& how, const b2Vec2* corners, int cou
   how.shape = nullptr;
 }
 
-/// A turn about z by an angle of any size.
+/// A rotation about z by an angle of any size.
 struct Turn {
   Real cosine, sine;
   explicit Turn(Real angle) : cosine(std::cos(angle)), sine(std::sin(angle)) {}
@@ -97,7 +97,7 @@ struct Turn {
   }
 };
 
-/// The body that outlines are made for, and how their surface is.
+/// The body that outlines are made for, and its surface parameters.
 struct Site {
   const Plane& plane;
   const Scale& scale;
@@ -110,7 +110,7 @@ void add_half_plane(Site& site, const Outline& placed) {
   const Scale& scale = site.scale;
   b2Vec2 corners[4];
   const Real reach = reach_of(site.plane, scale);
-  b2Body* on = &site.body;  // one that stands far away has its corners about the middle
+  b2Body* on = &site.body;  // for a distant fixed body, one at the origin takes its corners
   const b2BodyDef here;
   if (site.of.kind == PlaneBody::fixed && on->GetPosition().Length() > kFar)
     on = on->GetWorld()->CreateBody(&here);
@@ -145,16 +145,16 @@ void add_outline(Site& site, const Outline& o) {
   add_polygon(site.body, site.how, corners, static_cast<int>(o.count));
 }
 
-/// How a step is done: the World that is made for it, and what it is made of.
+/// Data of a step: the b2World made for it, and its sources.
 struct Stepper {
   Plane& plane;
   Scale scale;
   Real h = 0;  // s, of the whole step
   int substeps = kFewestSubsteps;
   b2World world;
-  Real thinnest = 0;  // m, of the bodies that move by themselves
+  Real thinnest = 0;  // m, of the dynamic bodies
   std::vector<b2Body*> bodies = {};
-  // By joint: what holds it, and the spring or motor of a hinge.
+  // By joint: the constraint, and the spring or motor of a hinge.
   std::vector<b2Joint*> holds = {}, springs = {};
   float part() const { return static_cast<float>(h / substeps); }
 };
@@ -172,7 +172,7 @@ int substeps_for(const Plane& plane, Real h) {
   return std::max(kFewestSubsteps, static_cast<int>(std::ceil(most)));
 }
 
-/// m: half the width of the thinnest outline of a body that moves by itself.
+/// m: half the width of the thinnest outline of a dynamic body.
 Real thinnest_of(const Plane& plane) {
   Real least = 1e300;
   for (const PlaneBody& b : plane.bodies) {
@@ -209,7 +209,7 @@ void add_body(Stepper& s, std::uint32_t index) {
   if (!dynamic && !fixed) how.angle = static_cast<float>(-s.h * b.spin);
   how.gravityScale = static_cast<float>(b.gravity_scale);
   how.allowSleep = false;
-  // Box2D looks at the way between two dynamic bodies only where one of them is a bullet.
+  // Box2D sweeps two dynamic bodies against each other only if one of them is a bullet.
   how.bullet = dynamic && glm::length(b.velocity) * s.h > s.thinnest * s.substeps;
   b2Body& body = *s.world.CreateBody(&how);
   s.bodies.push_back(&body);
@@ -238,8 +238,8 @@ Definition between(Stepper& s, const PlaneJoint& j) {
   return d;
 }
 
-/// A spring or motor along the angle of a hinge: a weld that is soft in its angle. The angle where
-/// it is at rest stands for its load, and takes back what is given to the bodies beforehand.
+/// A spring or motor along the angle of a hinge: a weld with a soft angle. Its reference angle
+/// represents the load, and compensates the warm start.
 b2Joint* add_torsion(Stepper& s, const PlaneJoint& j) {
   const PlaneSpring& spring = j.along;
   if (!(spring.stiffness > 0) && !(spring.damping > 0)) {
@@ -279,7 +279,7 @@ void add_slider(Stepper& s, const PlaneJoint& j) {
   if (spring.stiffness > 0 || spring.damping > 0) {
     auto w = between<b2WheelJointDef>(s, j);
     w.localAxisA = d.localAxisA;
-    if (spring.stiffness > 0)  // at rest where the load has drawn it
+    if (spring.stiffness > 0)  // rest position under the load
       w.localAnchorA += s.scale.length(spring.load / spring.stiffness) * w.localAxisA;
     w.stiffness = std::max(kTiniest, static_cast<float>(spring.stiffness));
     w.damping = static_cast<float>(spring.damping);
@@ -318,8 +318,8 @@ void add_joint(Stepper& s, const PlaneJoint& j) {
   }
 }
 
-/// The part of a force that a joint can bear where it is now: what it cannot would never be taken
-/// back.
+/// The part of a force that a joint can transmit in its present pose: the solver could not correct
+/// the rest.
 Vec3 borne(const Stepper& s, std::size_t joint, Vec3 force) {
   const PlaneJoint& j = s.plane.joints[joint];
   if (j.kind == PlaneJoint::slider) {
@@ -332,7 +332,7 @@ Vec3 borne(const Stepper& s, std::size_t joint, Vec3 force) {
   return glm::dot(force, along) / glm::dot(along, along) * along;
 }
 
-/// What joints did in the last step is given to the bodies before a substep; they do the rest.
+/// Warm start: applies the loads of the last step to the bodies before a substep.
 void begin_joints(Stepper& s) {
   for (std::size_t i = 0; i < s.holds.size(); ++i) {
     const PlaneJoint& j = s.plane.joints[i];
@@ -340,7 +340,7 @@ void begin_joints(Stepper& s) {
     b2Body &a = *s.bodies[j.a], &b = *s.bodies[j.b];
     const b2Vec2 force = s.part() * s.scale.vector(borne(s, i, j.load.force));
     const float torque = s.part() * s.scale.torque(j.load.torque + j.load.spring);
-    // A slider presses on its rail where it is.
+    // A slider's reaction acts on the rail at the slider.
     const b2Vec2 at = s.holds[i]->GetAnchorB();
     const b2Vec2 on_a = j.kind == PlaneJoint::slider ? at : s.holds[i]->GetAnchorA();
     a.ApplyLinearImpulse(-force, on_a, true), b.ApplyLinearImpulse(force, at, true);
@@ -396,7 +396,7 @@ void read_touches(Stepper& s, std::vector<PlaneContact>& touches) {
   std::sort(touches.begin(), touches.end(), comes_before);
 }
 
-/// Adds what contacts have borne, and those that are over.
+/// Adds the impulses of the step, and the contacts that ended in it.
 void add_impulses(const Stepper& s, const std::vector<PlaneContact>& borne,
                   std::vector<PlaneContact>& touches) {
   const auto lasting = static_cast<std::ptrdiff_t>(touches.size());
@@ -421,7 +421,7 @@ void step_plane(Plane& plane, Real h, std::vector<PlaneContact>& touches) {
   ContactListener warm(plane, touches, scale.origin, scale.per_metre);
   s.world.SetContactFilter(&filter), s.world.SetContactListener(&warm);
   s.world.SetAllowSleeping(false), s.world.SetAutoClearForces(false);
-  // Impulses are scaled by the ratio of two steps: without one before they would be dropped.
+  // Box2D scales warm-start impulses by the ratio of two steps, and drops them in a first step.
   s.world.Step(s.part(), 0, 0);
   s.bodies.reserve(plane.bodies.size()), s.thinnest = thinnest_of(plane);
   for (std::uint32_t i = 0; i < plane.bodies.size(); ++i) add_body(s, i);

@@ -1,5 +1,5 @@
-// Rows of joints and gears; and mechanisms closed in double precision after Box2D's step, which
-// leaves gaps of its tolerance and knows no gears between joints that share no ground.
+// Rows of joints and gears. Closes mechanisms in double precision after Box2D's step, which leaves
+// gaps of its tolerance and supports gears only between joints on a common ground body.
 #include <algorithm>
 #include <cmath>
 
@@ -28,12 +28,12 @@ constexpr Real kClosedResidual = 1e-13;  // of the size of the joints
 
 Real cross(Vec3 a, Vec3 b) { return a.x * b.y - a.y * b.x; }
 
-/// A joint as its bodies stand.
+/// A joint at the current poses.
 struct Placed {
   const PlaneJoint& joint;
   Vec3 arm_a, arm_b;
   Vec3 gap;   // from a's anchor to b's, m
-  Real turn;  // rad, of b to a since the start of the step
+  Real turn;  // rad, rotation of b relative to a since the start of the step
 };
 
 Placed place(const PlaneJoint& j, const Motions& m) {
@@ -43,7 +43,7 @@ Placed place(const PlaneJoint& j, const Motions& m) {
   return {j, a, b, gap, m.gained[j.b] - m.gained[j.a]};
 }
 
-/// The row of n . gap, where n is fixed to a; for one that is not, `fixed` is 0.
+/// The row of n . gap. `fixed`: 1 if n is fixed to a, else 0.
 Row along(const Placed& p, Vec3 n, Real fixed) {
   Row row;
   row.add(p.joint.a, {-n.x, -n.y, -cross(p.arm_a + fixed * p.gap, n)});
@@ -113,7 +113,7 @@ Coordinate second_of(const Gear& gear) {
   return gear.second_travels ? Coordinate::travel : Coordinate::angle;
 }
 
-/// The coordinate of a geared link less what was counted from, as a row.
+/// The coordinate of a geared link, relative to its reference, as a row.
 Row coordinate(const World& world, const Planar& all, std::uint32_t at, Coordinate which) {
   const StepScratch& s = all.scratch;
   PANTIN_ASSERT(at < s.joint_of.size() && s.joint_of[at] != kNobody);
@@ -184,8 +184,8 @@ Real size_of(const Planar& all) {
   return size;
 }
 
-/// Takes a step of Newton's method, or the part of it in which nothing turns too far for its rows
-/// to hold.
+/// Takes a step of Newton's method, shortened so that no body rotates too far for the linearised
+/// rows.
 void move(Motions& m, std::span<const Row> rows, std::span<const Real> lambda) {
   m.before = m.position;
   add(rows, lambda, m, m.position);
@@ -199,7 +199,7 @@ void move(Motions& m, std::span<const Row> rows, std::span<const Real> lambda) {
   }
 }
 
-/// A mechanism that Box2D has moved, and the rows of it that are being closed.
+/// A mechanism that Box2D has moved, and its rows while they are closed.
 struct Closing {
   const World& world;
   Planar& all;
@@ -215,8 +215,8 @@ struct Closing {
   }
 };
 
-/// Belts whose ratio changes keep their energy if what closes them acts along the rows at the start
-/// of the step, on velocities too. [Andersen 1983]
+/// Conserves the energy of belts with varying ratio: closing impulses act along the rows at the
+/// start of the step, on velocities too. [Andersen 1983]
 void close_along_start(Closing& c) {
   StepScratch& s = c.s;
   if (c.of.spans.empty()) return;
@@ -265,7 +265,7 @@ void close_velocities(Closing& c) {
   }
 }
 
-/// What its joints bore: in Box2D's step, and as they were closed after it.
+/// Stores joint loads: of Box2D's step, and of closing.
 void note_borne(Closing& c) {
   std::size_t row = 0;
   c.of.borne.clear();
@@ -282,7 +282,7 @@ void note_borne(Closing& c) {
   });
 }
 
-/// The coordinate of a joint as it stands, by the kind's own reckoning.
+/// The coordinate of a joint in its present pose, as its joint kind counts it.
 Real coordinate_now(const World& world, const FlatLink& l, Coordinate which) {
   const Link& link = world.links.values()[l.link];
   const auto state = [&](Entity e) {
@@ -329,7 +329,7 @@ void close(const World& world, Planar& all, Real h) {
       of.closing.compute(s.rows, s.motions.inverse_mass);
       let_slip(world, all, of, h), find_rows(world, all, of);
     }
-    of.row_impulses.resize(s.rows.size(), 0);  // some may have been borne before the step
+    of.row_impulses.resize(s.rows.size(), 0);  // may contain impulses from before the step
     Closing closing{world, all, of, h, enough};
     close_along_start(closing), close_positions(closing), close_velocities(closing);
     note_borne(closing);

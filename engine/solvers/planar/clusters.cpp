@@ -1,6 +1,6 @@
-// Box2D computes in single precision about one place: bodies far from one another are stepped
-// apart, each about its own. And it ends the program where a number is none: such planes never
-// reach it.
+// Box2D computes in single precision about one origin: clusters of bodies far from one another are
+// stepped separately, each about its own. Box2D aborts the program on NaN: such planes never reach
+// it.
 #include <algorithm>
 #include <cmath>
 
@@ -10,15 +10,15 @@
 namespace pantin::detail::planar {
 namespace {
 
-/// Of the unit: bodies within this distance of one place are stepped about it, and those beyond it
-/// up to the next gap that nobody crosses in a step.
+/// In units: radius about one body within which all are stepped together; the cluster extends
+/// beyond it up to the next gap that no body crosses in a step.
 constexpr Real kClusterRadius = 1e4, kClusterGap = 200;
-/// Of the unit, and m, m/s ...: no number that Box2D is given is larger.
+/// In units, and m, m/s ...: bound on the numbers given to Box2D.
 constexpr Real kLargest = 1e12;
 
 bool fits(Real x) { return std::abs(x) < kLargest; }
 bool fits(Vec3 v) { return fits(v.x) && fits(v.y) && fits(v.z); }
-/// Whether a number stays one that can be divided by.
+/// Whether a mass, also in single precision, is positive and finite.
 bool is_float_mass(Real x) { return is_mass(x) && is_mass(static_cast<float>(x)); }
 
 bool fits(const PlaneBody& b, Real unit) {
@@ -41,7 +41,7 @@ bool fits(const PlaneJoint& j, Real unit) {
          std::isfinite(j.along.load) && std::isfinite(j.load.torque + j.load.spring);
 }
 
-/// The bodies of `rest` about the first of them, up to a gap; they leave `rest`.
+/// Removes from `rest` the cluster of bodies about the first of them, up to a gap.
 std::vector<std::uint32_t> take_cluster(const Plane& plane, std::vector<std::uint32_t>& rest) {
   PANTIN_ASSERT(!rest.empty() && std::is_sorted(rest.begin(), rest.end()));
   const Vec3 middle = plane.bodies[rest.front()].position;

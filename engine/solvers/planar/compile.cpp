@@ -1,4 +1,4 @@
-// Which bodies, joints and gears the plane has.
+// Lists the bodies, joints and gears of the plane.
 #include <algorithm>
 #include <cmath>
 
@@ -10,19 +10,19 @@
 namespace pantin::detail::planar {
 namespace {
 
-constexpr Real kSameTurn = 1e-9;  // rad: the caller left the body as it was
+constexpr Real kSameTurn = 1e-9;  // rad: the caller did not rotate the body
 
 struct Turned {
   Real angle = 0;
   Quat tilt{1, 0, 0, 0};
 };
 
-/// Splits a rotation into a turn about z after a tilt. A turn about z moves (w, z) and (x, y) each
-/// on its circle; the larger one tells the angle.
+/// Splits a rotation into one about z after a tilt. A rotation about z moves (w, z) and (x, y) each
+/// on a circle; the larger one determines the angle.
 Turned split(Quat q) {
   const bool upright = q.w * q.w + q.z * q.z >= q.x * q.x + q.y * q.y;
   const Real half = upright ? std::atan2(q.z, q.w) : std::atan2(q.y, q.x);
-  // None to the bit, whatever the angle: a loaded World splits at another one.
+  // The tilt is exactly the identity, at any angle: a loaded World splits at another angle.
   if (q.x == 0 && q.y == 0) return {2 * half};
   const Quat back(std::cos(half), 0, 0, -std::sin(half));
   return {2 * half, glm::normalize(back * q)};
@@ -191,12 +191,12 @@ void number_bodies(Builder& b) {
   }
 }
 
-/// What bodies and gears that stay have turned, and the contacts between them.
+/// Carries over the rotation of bodies, the state of gears, and the contacts between them.
 void carry_over(const Planar& was, Planar& all) {
   std::vector<std::uint32_t> now(was.bodies.size(), kNobody);
   std::uint32_t at = 0;
   for (std::uint32_t i = 0; i < was.bodies.size(); ++i) {
-    // The order of slots may have changed, mostly it has not.
+    // The order of slots may have changed, but rarely does.
     for (std::uint32_t tries = 0; tries < all.bodies.size(); ++tries, ++at) {
       if (at == all.bodies.size()) at = 0;
       if (all.bodies[at].body != was.bodies[i].body) continue;
@@ -278,7 +278,7 @@ void read_turns(const World& world, Planar& all) {
     const Turned now = split(at.rotation);
     if (at.position.z != f.height) f.height = at.position.z, all.scratch.has_sections = false;
     const Real gained = std::remainder(now.angle - f.turned, 2 * kPi);
-    // A half turn less is the same rotation, of the other sign.
+    // -q is the same rotation as q, half a turn apart.
     if (std::abs(gained) < kSameTurn) continue;
     f.turned += gained, f.tilt = now.tilt;
     all.scratch.has_sections = false;

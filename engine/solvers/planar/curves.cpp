@@ -10,13 +10,14 @@
 namespace pantin::detail::planar {
 namespace {
 
-/// A relative turn (rad), and a part of the smaller curve's size, after which all pairs are looked
-/// at again; and how far apart those are that are kept, in parts of that size.
+/// Relative rotation (rad), and displacement as a fraction of the smaller curve's size, after which
+/// all pairs are searched again; and the largest gap of a kept pair, as a fraction of that size.
 constexpr Real kSearchTurn = 0.05, kSearchWay = 0.05, kKept = 0.5;
-// Of the smaller curve's size: places nearer than this are one.
+// Contact points nearer than this fraction of the smaller curve's size are the same.
 constexpr Real kSame = 1e-3;
 constexpr std::size_t kMostPairs = 16;
-// How far beside a place a straight piece may begin, of the domain; and how straight, of 1 / size.
+// How far beside a point a straight piece may begin, of the domain; curvature limits of straight
+// pieces, of 1 / size.
 constexpr Real kBeside[] = {-1e-6, 1e-6}, kStraight = 1e-6, kBends = 0.01;
 
 Real cross(Vec3 a, Vec3 b) { return a.x * b.y - a.y * b.x; }
@@ -32,7 +33,7 @@ struct Turn2 {
 
 Vec3 flat(Vec3 v) { return {v.x, v.y, 0}; }
 
-/// Both curves as the bodies stand.
+/// Both curves at the current poses.
 struct Standing {
   Vec3 origin_a, origin_b;  // of the curves, from b's mass centre
   Turn2 turn_b;
@@ -51,7 +52,7 @@ Standing standing(const FlatCurve& c, const Motions& m) {
           {turn_b.back(origin_a - origin_b), Quat(std::cos(half), 0, 0, std::sin(half))}};
 }
 
-/// A place as the bodies' masses see it.
+/// The data of a contact point relative to the mass centres.
 struct Seen {
   const FlatCurve& curve;
   const Standing& at;
@@ -74,7 +75,7 @@ Real size_of(const FlatCurve& c) {
 
 namespace {
 
-/// Beside it at least, as where a side of a box ends.
+/// Whether the curve is straight on at least one side of t, as at the end of a box's side.
 bool is_straight(const nurbs::CurvePieces& curve, Real t) {
   const nurbs::Range domain = curve.knots().domain();
   for (const Real beside : kBeside) {
@@ -85,8 +86,7 @@ bool is_straight(const nurbs::CurvePieces& curve, Real t) {
   return false;
 }
 
-/// Where straight lines lie on one another, as a box on a table: the point of a stays, its foot on
-/// b is what it stands over.
+/// Straight lines in contact, as a box on a table: the point of a is fixed, and projected onto b.
 nurbs::CurveContact lying(const nurbs::CurvePieces& a, const nurbs::CurvePieces& b,
                           const Pose& a_in_b, const CurvePlace& from) {
   nurbs::CurveContact out;
@@ -106,8 +106,7 @@ nurbs::CurveContact lying(const nurbs::CurvePieces& a, const nurbs::CurvePieces&
   return out;
 }
 
-/// Whether the points that govern it turn to the left alone, at most once round: its outer side is
-/// its right.
+/// Whether the control polygon turns to the left only, at most once around: its right is outside.
 bool is_convex(const nurbs::Curve& curve) {
   const std::size_t count = curve.points.size();
   const auto at = [&](std::size_t i) { return curve.points[i % count].point(); };
@@ -209,7 +208,7 @@ void search_places(FlatCurve& c, const Motions& m) {
       place = old;
     }
   }
-  // What presses stays, found again or not.
+  // Active contact points are kept, even if the search missed them.
   for (const CurvePlace& old : c.places) {
     if (!old.used || !old.presses) continue;
     const bool is_there = std::any_of(kept.begin(), kept.begin() + places, [&](const auto& k) {

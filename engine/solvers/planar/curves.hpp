@@ -1,5 +1,5 @@
 #pragma once
-/// Curves of the plane that touch, slide and roll: what the planar solver keeps of them.
+/// Planar curves that touch, slide and roll: their state in the planar solver.
 #include <array>
 #include <memory>
 
@@ -9,14 +9,14 @@
 
 namespace pantin::detail::planar {
 
-/// Where two curves touch, or may next. A joint that is held has one such place.
+/// A contact point of two curves, active or near. A bilateral joint has one.
 struct CurvePlace {
   bool used = false;
-  bool presses = false;     // it bore a force in the last step
-  bool lies = false;        // straight on straight: the point of a is one of its material
+  bool presses = false;     // it was active in the last step
+  bool lies = false;        // straight on straight: the point of a is a material point
   Real t_a = 0, t_b = 0;    // parameters
-  Real slip = 0;            // m, of rolling: gone along both since they met
-  Real push = 0, drag = 0;  // kg m: what closed the gap and the slip in the last step
+  Real slip = 0;            // m, of rolling: difference of arc lengths since contact began
+  Real push = 0, drag = 0;  // kg m: multipliers of gap and slip in the last step
   Real force = 0,
        along = 0;  // N, mean over the last step, on a: along the normal of b, and left of it
 
@@ -45,8 +45,8 @@ struct FlatCurve {
   struct Side {
     std::shared_ptr<const nurbs::Wire> wire;
     std::shared_ptr<const nurbs::CurvePieces> pieces;
-    // As the body was tilted when this was made, with the rounding of its turn then: kept.
-    Vec3 arm{0};  // from the mass centre to the curve's origin, m, in the body as it lies unturned
+    // For the body's tilt when this was made, with the rounding of its rotation then: kept.
+    Vec3 arm{0};  // from the mass centre to the curve's origin, m, in the unrotated body
     Real angle = 0;  // rad, of the curve's axes there
 
     static void fields(auto& self, auto&& field) {
@@ -57,13 +57,13 @@ struct FlatCurve {
     }
   };
   std::array<Side, 2> sides;
-  bool meets_once = false;  // convex ones have one place: what is followed needs no search
-  bool known = false;       // where they touch has been looked for
-  bool over = false;        // it has let go
-  bool struck = false;      // something else touched its mechanism in the last step
-  nurbs::ContactStatus how = nurbs::ContactStatus::found;  // why it let go
+  bool meets_once = false;  // convex curves have one contact point, which needs no search
+  bool known = false;       // contact points have been searched
+  bool over = false;        // it was released
+  bool struck = false;      // its mechanism had other contacts in the last step
+  nurbs::ContactStatus how = nurbs::ContactStatus::found;  // reason of the release
   std::array<CurvePlace, kMostPlaces> places;
-  Pose searched;  // of a in b, when all pairs were looked at
+  Pose searched;  // of a in b, at the last search of all pairs
 
   static void fields(auto& self, auto&& field) {
     field("owner", derived(self.owner));
@@ -90,7 +90,7 @@ struct FlatCurve {
 
 struct Motions;
 
-/// A place as the bodies stand.
+/// A contact point at the current poses.
 struct PlaceNow {
   nurbs::ContactStatus status = nurbs::ContactStatus::lost;
   CurvePlace place;
@@ -99,20 +99,20 @@ struct PlaceNow {
 };
 PlaceNow follow(const FlatCurve& curve, const CurvePlace& from, const Motions& m);
 
-/// The rows of a place: of the gap, and of rolling if the curve does. Without a place, or where it
-/// does not press, they name the bodies and hold nothing.
+/// The rows of a contact point: of the gap, and of rolling if the curve rolls. If it is null or
+/// inactive, the rows are empty but name the bodies, which keeps the pattern.
 void append_place_rows(const FlatCurve& curve, const PlaceNow* at, std::vector<Row>& rows);
 
-/// Whether both are convex, and one of them bends everywhere: then they meet in one place at most.
+/// Whether both are convex and one has no straight piece: then they touch in one point at most.
 bool meets_once(const FlatCurve& curve);
 
-/// Where a stands as seen from b.
+/// Pose of a in b.
 Pose pose_between(const FlatCurve& curve, const Motions& m);
 
-/// Whether a has moved so far in b since it stood at `searched` that other pairs may be near.
+/// Whether a has moved so far in b since `searched` that other pairs may be near.
 bool is_search_due(const FlatCurve& curve, const Pose& searched, const Motions& m);
 
-/// Looks at all pairs where that is due; places that are no longer near are dropped.
+/// Searches all pairs if that is due; drops contact points that are no longer near.
 void search_places(FlatCurve& curve, const Motions& m);
 
 }  // namespace pantin::detail::planar

@@ -9,7 +9,7 @@
 namespace pantin::detail::planar {
 namespace {
 
-constexpr Real kDependent = 1e-11;  // of a pivot: the row follows from those before
+constexpr Real kDependent = 1e-11;  // fraction of a pivot: the row depends on those before
 
 /// J_a M^-1 J_b^T.
 Real product(const Row& a, const Row& b, InverseMasses masses) {
@@ -103,7 +103,7 @@ void Factor::compute(std::span<const Row> rows, InverseMasses masses) {
   }
   const std::uint32_t* target = target_.data();
   for (std::size_t k = 0; k < order_.size(); ++k) {
-    // 0 stands for the inverse of a pivot that is none.
+    // 0 stands for the inverse of a dropped pivot.
     const Real inverse = diagonal_[k] > kDependent * work_[k] ? 1 / diagonal_[k] : 0;
     for (std::uint32_t i = first_[k]; i < first_[k + 1]; ++i) {
       const Real part = value_[i] * inverse;

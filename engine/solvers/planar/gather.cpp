@@ -1,4 +1,4 @@
-// From the World to the plane of a step.
+// Fills the plane of a step from the World.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -18,8 +18,8 @@ namespace {
 
 Vec3 flat(Vec3 v) { return {v.x, v.y, 0}; }
 
-/// The size of a typical body that moves: a power of two, so that it stays the same while bodies
-/// come and go.
+/// The size of a typical moving body: a power of two, so that it stays the same while bodies come
+/// and go.
 Real unit_of(const World& world, const Planar& all) {
   Real sum = 0, count = 0;
   for (const FlatBody& f : all.bodies) {
@@ -32,8 +32,8 @@ Real unit_of(const World& world, const Planar& all) {
   return count > 0 ? std::exp2(std::round(sum / count)) : 1;
 }
 
-/// Sections as of a body that has turned by nothing: those of bodies that move are turned with
-/// them, by an amount that is a number of the state.
+/// Sections of unrotated bodies: those of moving bodies are rotated with them, by the angle in the
+/// state.
 void cut_sections(const World& world, Planar& all) {
   Plane& plane = all.scratch.plane;
   plane.outlines.clear(), plane.corners.clear();
@@ -76,7 +76,7 @@ void gather_body(const World& world, const FlatBody& f, PlaneBody& b) {
     b.force = flat(push->force), b.torque = push->torque.z;
 }
 
-/// A range of the coordinate as seen from where it is.
+/// The range of a coordinate relative to its present value.
 void limit(PlaneJoint& j, const AngleLimit& range, Real now, Real sign) {
   if (!range.on) return;
   j.limited = true;
@@ -84,7 +84,7 @@ void limit(PlaneJoint& j, const AngleLimit& range, Real now, Real sign) {
   j.low = sign > 0 ? low : -high, j.high = sign > 0 ? high : -low;
 }
 
-/// A coordinate and its rate, and its sign to the turn of b.
+/// A coordinate and its rate, and its sign relative to the rotation of b.
 struct Now {
   Real coordinate = 0, rate = 0, sign = 1;
 };
@@ -123,7 +123,7 @@ void gather_slider(const Joint& joint, const Ends& ends, PlaneJoint& j) {
   if (const AngleLimit& range = joint.parameters->travel; range.on)
     j.limited = true, j.low = range.low, j.high = range.high;
   load(j, joint.parameters->translation, {now, glm::dot(speed, j.axis), 1});
-  // Box2D draws from where the anchors meet.
+  // Box2D's spring is at rest where the anchors coincide.
   j.along.load += j.along.stiffness * now;
 }
 
@@ -165,7 +165,7 @@ void gather_link(const World& world, const FlatLink& l, Planar& all) {
   all.scratch.plane.joints.push_back(j);
 }
 
-/// A pin to a place holds the body to the last of the plane's bodies, which stands there.
+/// A pin to a fixed target attaches the body to the last body of the plane, which is fixed.
 void gather_pin(const World& world, const FlatPin& p, Planar& all) {
   PANTIN_ASSERT(all.scratch.plane.bodies.size() == all.bodies.size() + 1 &&
                 p.body < all.bodies.size());

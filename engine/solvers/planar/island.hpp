@@ -1,5 +1,5 @@
 #pragma once
-/// What the planar solver keeps of a World.
+/// State of the planar solver in a World.
 #include <string_view>
 #include <vector>
 
@@ -15,16 +15,16 @@ namespace pantin::detail::planar {
 
 inline constexpr std::uint32_t kNobody = UINT32_MAX;
 
-/// A body of the plane: those that the solver moves, those they may touch, and those that joints
-/// hold them to. Its rotation is a turn by `turned` about z after `tilt`.
+/// A body of the plane: one that the solver moves, that may collide with those, or that joints
+/// attach them to. Its rotation is `turned` about z after `tilt`.
 struct FlatBody {
   Entity body;
   std::uint32_t slot = 0;
-  std::uint32_t island = kNobody;  // none: it stands, or others move it
+  std::uint32_t island = kNobody;  // none: it is fixed, or moved by others
   bool solid = false;
   Real turned = 0;  // rad, whole turns counted
   Quat tilt{1, 0, 0, 0};
-  Real height = 0;  // m, of its middle along z, for which its sections were cut
+  Real height = 0;  // m, z of its centre, for which its sections were cut
 
   static void fields(auto& self, auto&& field) {
     field("body", derived(self.body));
@@ -49,8 +49,8 @@ struct FlatPin {
   std::uint32_t body = 0, to = kNobody;
 };
 
-/// A gear between two of the links. The coordinate of a joint is what its bodies have turned, or
-/// the travel, plus `first` or `second`.
+/// A gear between two of the links. The coordinate of a joint is the rotation of its bodies, or the
+/// travel, plus `first` or `second`.
 struct FlatGear {
   Entity gear;
   std::uint32_t slot = 0;
@@ -69,20 +69,20 @@ struct FlatGear {
   }
 };
 
-/// A span of a belt that is a row; those of a belt follow one another.
+/// A span of a belt that is a row; the spans of a belt are consecutive.
 struct FlatSpan {
   std::uint32_t belt = 0;      // slot
   std::uint32_t index = 0;     // of the pulley that it leaves
-  std::uint32_t held = 0;      // how many spans of the belt are rows
+  std::uint32_t held = 0;      // number of the belt's spans that are rows
   std::uint32_t a = 0, b = 0;  // bodies
-  int slips = 0;               // in this step: the sign of what it bears then
+  int slips = 0;               // in this step: the sign of its friction force
   Real impulse = 0;            // N s, in this step; above 0 it pushes
 };
 
-/// Memory of a mechanism's step: see rattle.cpp.
+/// Scratch of a mechanism's step: see rattle.cpp.
 struct RattleRows {
   std::vector<Row> rows;
-  std::vector<PlaceNow> nows;  // of its curves, as many as they have places at most
+  std::vector<PlaceNow> nows;  // by curve and slot
   std::size_t first_span = 0, first_limit = 0, first_curve = 0;
 };
 struct RattleSpring {
@@ -93,9 +93,9 @@ struct RattleSpring {
 };
 struct RattleLimit {
   const PlaneJoint* joint = nullptr;
-  int side = 0;  // below 0: its low end bears
+  int side = 0;  // below 0: its low end is active
 };
-/// The last rows are of springs, which come and go.
+/// The last rows are of springs, which vary from step to step.
 struct DampedFactor : Factor {
   std::vector<std::uint32_t> damped;  // joints
 };
@@ -111,44 +111,44 @@ struct RattleWork {
   std::vector<Real> lambda, step, first, impulse, wanted, stage, answer;
   std::vector<Row> damped_rows;
   std::vector<Vec3> from, free, closed, from_velocity, free_velocity;  // of its bodies
-  std::vector<Pose> searched;                        // of its curves, as the next ones
+  std::vector<Pose> searched;                        // by curve, like the next ones
   std::vector<std::array<Vec3, kMostPlaces>> means;  // N s: along the normal, and across
   std::vector<std::array<CurvePlace, kMostPlaces>> places, kept;
 };
 
-/// Bodies that joints, gears, belts and curves tie to one another, of one island: they move by
-/// RATTLE in double precision while nothing else touches them.
+/// Bodies of one island connected by joints, gears, belts and curves. They move by RATTLE in double
+/// precision while they have no other contacts.
 struct Mechanism {
   std::vector<std::uint32_t> bodies;  // that it moves
-  std::vector<std::uint32_t> driven;  // that others move, kinematic
+  std::vector<std::uint32_t> driven;  // kinematic, moved by others
   std::vector<std::uint32_t> links, pins, gears, spans, curves;
   // Of the step:
   bool moved = false;    // the results below are those of the step
-  bool touched = false;  // by bodies, as was told last
+  bool touched = false;  // bodies were in contact with it in the last step
   std::vector<Vec3> position, velocity;
   std::vector<std::array<CurvePlace, kMostPlaces>> places;  // of its curves
   std::vector<Pose> searched;                               // likewise
   std::vector<PlaceNow> starts, ends;                       // likewise, kMostPlaces each
-  Real residual = 0;                                        // m, rad: what its rows are left with
-  std::vector<JointLoad> borne;  // mean, of its links that are joints, and of its pins
+  Real residual = 0;                                        // m, rad: of its rows
+  std::vector<JointLoad> borne;  // mean loads of its links that are joints, and of its pins
   std::vector<SpanLoad> span_loads;
-  std::vector<Real> row_impulses;  // N s, by row, of what drove and closed it beside Box2D
+  std::vector<Real> row_impulses;  // N s, by row, of motors and closing, besides Box2D
   Factor positions, closing;
   DampedFactor velocities, damping;
   Scratch<RattleWork> work;
 };
 
-/// Bodies at the end of a step, by number; the last one stands where pins are.
+/// Bodies at the end of a step, by number; the last one holds the targets of pins.
 struct Motions {
   std::vector<Vec3> position, velocity;  // by x and y, and the angle or spin as z
   std::vector<Vec3> inverse_mass;        // likewise
   std::vector<Real> gained;              // rad: the angle since the start of the step
-  std::vector<Vec3> before, answer;      // memory of an iteration
+  std::vector<Vec3> before, answer;      // scratch of an iteration
 };
-/// Memory of a step.
+/// Scratch of a step.
 struct StepScratch {
   Plane plane;
-  bool has_sections = false;            // outlines and corners of the plane are those of the bodies
+  bool has_sections = false;            // outlines and corners of the plane are up to date
   std::vector<std::uint32_t> joint_of;  // by link, in the plane's joints; kNobody: none
   Motions motions;
   std::vector<Row> rows;        // of the mechanism that is closed
@@ -170,7 +170,7 @@ struct Planar {
   std::vector<PlaneContact> touches;  // of the last step
   contact::NearPairs near;            // likewise
   std::vector<JointLoad> loads;       // likewise, of the links and then of the pins
-  std::vector<JointLoad> reactions;   // what links bore in the last step, closing included
+  std::vector<JointLoad> reactions;   // of links in the last step, closing included
   std::vector<FlatLink> links;
   std::vector<FlatPin> pins;
   std::vector<FlatSpan> spans;
@@ -178,11 +178,11 @@ struct Planar {
   std::vector<Mechanism> mechanisms;
   std::vector<std::uint32_t> mechanism_of;  // by body; kNobody: none
   std::uint32_t islands = 0;
-  Entity lost;          // the last step came to no numbers: a body of it
+  Entity lost;          // a body of the last step with numbers that are not finite
   Entity lost_contact;  // of curves, that ended the last step, and why
   nurbs::ContactStatus lost_how = nurbs::ContactStatus::found;
   Real residual = 0;  // m, rad, m/s: of the joints, after the last step
-  int still = 0;      // steps for which nothing has moved faster than the settings' sleep speed
+  int still = 0;      // steps since any body was faster than the settings' sleep speed
   Real sleep_speed = 0;
   Vec3 gravity{0};  // in the last step
   Scratch<StepScratch> scratch;
@@ -216,22 +216,22 @@ inline Planar& plane_of(World& world) { return world.memory.of<Planar>(); }
 inline const Planar& plane_of(const World& world) { return world.memory.of<Planar>(); }
 
 void compile(World& world, std::span<const IslandPlan> plans);
-/// Takes the bodies as the caller left them: what they have turned, and how they are tilted.
+/// Reads the bodies as the caller left them: their rotation about z, and their tilt.
 void read_turns(const World& world, Planar& all);
 /// Fills the plane of the step.
 void gather(const World& world, Planar& all);
 
 /// Counts the coordinates of new gears from the poses before the step.
 void count_gears(const World& world, Planar& all);
-/// Closes joints and gears, positions and velocities, by the least changes in the metric of the
-/// masses. Notes the residual that is left.
+/// Closes joints and gears, positions and velocities, by mass-weighted least changes. Records the
+/// remaining residual.
 void close(const World& world, Planar& all, Real h);
 
-/// Writes the rows of a mechanism as the motions are now: of joints, gears, curves and belts.
+/// Writes the rows of a mechanism at the current motions: of joints, gears, curves and belts.
 void find_rows(const World& world, Planar& all, const Mechanism& of);
 /// The angle of b about a, or the travel along the axis, of a hinge or slider, as a row.
 Row coordinate_row(const PlaneJoint& joint, const Motions& m);
-/// Springs and motors on what belts and gears tie act before Box2D's step (motors.cpp).
+/// Applies springs and motors of belt and gear trains before Box2D's step (motors.cpp).
 void drive_tied(const World& world, Planar& all, Real h);
 /// How many rows a joint has.
 int rows_of(const PlaneJoint& joint);
@@ -246,37 +246,37 @@ struct PulleyAt {
 };
 /// Reads the angles of pulleys before a step, and writes the rows of that time.
 void begin_belts(World& world, Planar& all);
-/// A span as the motions are now; one that slips holds nothing.
+/// A span at the current motions; empty if it slips.
 Row span_row(const World& world, const Planar& all, const FlatSpan& of);
 /// The row of a span, whether it slips or not.
 Row span_pull(const World& world, const Planar& all, const FlatSpan& of);
 bool may_slip(const World& world, const Planar& all, const Mechanism& of);
-/// Lets belts slip that would have to bear more than their grip; the spans are the last rows.
+/// Lets belts slip whose tension difference exceeds their friction; the spans are the last rows.
 void let_slip(const World& world, Planar& all, const Mechanism& of, Real h);
-/// After the bodies were written: where belts are, and their tensions.
+/// After the bodies were written: stores positions and tensions of belts.
 void end_belts(World& world, Planar& all, Real h);
 
-/// The rows of a joint, and of a gear, as the motions are now.
+/// The rows of a joint, and of a gear, at the current motions.
 void append_joint_rows(const PlaneJoint& joint, const Motions& m, std::vector<Row>& rows);
 Row gear_row(const World& world, const Planar& all, const FlatGear& gear);
-/// The freedom of a joint that a spring or a motor acts along: its row, and as `c` the coordinate
+/// The coordinate along which a joint's spring or motor acts: its row, with `c` as the coordinate
 /// that PlaneSpring counts from.
 Row sprung_row(const PlaneJoint& joint, const Motions& m);
 
-/// Lists the mechanisms; bodies and all that ties them are known.
+/// Lists the mechanisms, once bodies and their connections are known.
 void list_mechanisms(const World& world, Planar& all);
 /// Sets a body's motion as it is at the start of a step.
 void begin_motion(const PlaneBody& body, Real h, std::uint32_t number, Motions& m);
 void begin_motions(Planar& all, Real h);
-/// A step of one mechanism from the motions at its start; false, and nothing done, where it fails.
+/// Steps one mechanism from its initial motions; false, without changes, on failure.
 bool move_by_rattle(const World& world, Planar& all, Mechanism& of, Real h);
-/// Moves mechanisms by a step, and gives the forces of their curves to the plane.
+/// Steps the mechanisms, and passes the forces of their curves to the plane.
 void move_mechanisms(const World& world, Planar& all, Real h);
-/// After the plane's step: takes the motions of mechanisms that nothing touched.
+/// After the plane's step: takes over the motions of mechanisms without other contacts.
 void take_mechanisms(Planar& all);
-/// The rows of its curves.
+/// Appends the rows of its curves.
 void append_curve_rows(Planar& all, const Mechanism& of, std::vector<Row>& rows);
-/// What closed those rows acts on velocities too, and never pulls where curves may lift.
+/// Applies the impulses that closed those rows to velocities too; unilateral ones never pull.
 void take_curve_impulses(Planar& all, const Mechanism& of, Real h);
 /// Calls `f` for the joints of the plane that its links and pins have; not all links have one.
 template <class F>
@@ -288,14 +288,14 @@ void each_joint(Planar& all, const Mechanism& of, F&& f) {
   const std::size_t pins = s.plane.joints.size() - all.pins.size();
   for (const std::uint32_t pin : of.pins) f(s.plane.joints[pins + pin]);
 }
-/// A curve that is held, or presses, and has no place any more: lets it go, or ends the step.
+/// Finds bilateral or active curves that lost their contact: releases them, or ends the step.
 void find_lost_curves(const World& world, Planar& all);
-/// After the bodies were written: where curves touch, and how they press.
+/// After the bodies were written: stores contact points and forces of curves.
 void write_curves(World& world, Planar& all);
 
 }  // namespace pantin::detail::planar
 
-// What copies, hashes and saves them is compiled once, in row.cpp.
+// Copying, hashing and saving them is compiled once, in row.cpp.
 namespace pantin::detail {
 extern template planar::Planar& Memories::create();
 extern template const planar::Planar& Memories::none();

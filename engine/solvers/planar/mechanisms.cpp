@@ -1,5 +1,5 @@
-// Mechanisms in a step of the plane: moved by RATTLE, or closed after Box2D's step where something
-// else touches them.
+// Mechanisms in a step of the plane: moved by RATTLE, or closed after Box2D's step if they have
+// other contacts.
 #include <algorithm>
 #include <cmath>
 
@@ -8,7 +8,7 @@
 namespace pantin::detail::planar {
 namespace {
 
-/// The plane's step is taken under the forces of curves, which it does not know.
+/// Adds the forces of a curve contact to the bodies, since Box2D does not know curves.
 void press(Planar& all, const FlatCurve& c, const PlaceNow& at) {
   const CurvePlace& place = at.place;
   if (at.status != nurbs::ContactStatus::found) return;
@@ -23,7 +23,7 @@ void press(Planar& all, const FlatCurve& c, const PlaceNow& at) {
   give(c.a, at.arm_a, force), give(c.b, at.arm_b, -force);
 }
 
-/// Marks the mechanisms that bodies touch.
+/// Marks the mechanisms that are in contact with bodies.
 void find_touched(Planar& all) {
   PANTIN_ASSERT(all.mechanism_of.size() == all.bodies.size() + 1);
   for (Mechanism& of : all.mechanisms) of.touched = false;
@@ -33,7 +33,7 @@ void find_touched(Planar& all) {
         all.mechanisms[at].touched = true;
 }
 
-/// Box2D need not know a mechanism that has moved and has nothing that others could touch.
+/// Leaves a mechanism out of Box2D's step if it has moved and has no outlines.
 void leave_out(Planar& all, const Mechanism& of) {
   std::vector<PlaneBody>& bodies = all.scratch.plane.bodies;
   if (std::any_of(of.bodies.begin(), of.bodies.end(),
@@ -42,13 +42,13 @@ void leave_out(Planar& all, const Mechanism& of) {
   for (const std::uint32_t b : of.bodies) bodies[b].kind = PlaneBody::absent;
 }
 
-/// The forces of its curves, for Box2D's step.
+/// Applies the forces of its curves in Box2D's step.
 void press_curves(Planar& all, const Mechanism& of) {
   for (std::size_t i = 0; i < of.curves.size(); ++i) {
     FlatCurve& c = all.curves[of.curves[i]];
     for (std::size_t k = 0; k < c.most_places(); ++k) {
       CurvePlace& start = c.places[k];
-      // What something else bears, the last step knows better.
+      // With other contacts, the forces of the last step are the better estimate.
       if (of.moved && !c.struck)
         start.force = of.places[i][k].force, start.along = of.places[i][k].along;
       if (!start.used || c.over || (start.force == 0 && start.along == 0)) continue;
@@ -89,7 +89,7 @@ void list_mechanisms(const World& world, Planar& all) {
   const auto island_of = [&](std::uint32_t body) {
     return body == kNobody ? kNobody : all.bodies[body].island;
   };
-  // Where something belongs that ties bodies; none of two others moves by itself.
+  // The mechanism of a connection between two bodies; none if the solver moves neither.
   const auto owner = [&](std::uint32_t a, std::uint32_t b) -> Mechanism* {
     const std::uint32_t island = island_of(a) != kNobody ? island_of(a) : island_of(b);
     if (island == kNobody) return nullptr;
@@ -112,7 +112,7 @@ void list_mechanisms(const World& world, Planar& all) {
     if (Mechanism* of = owner(all.links[i].a, all.links[i].b)) of->links.push_back(i);
   for (std::uint32_t i = 0; i < all.pins.size(); ++i)
     if (Mechanism* of = owner(all.pins[i].body, all.pins[i].to)) of->pins.push_back(i);
-  // A belt belongs where its first pulley does that moves by itself.
+  // A belt belongs to the mechanism of its first moving pulley.
   for (std::uint32_t i = 0; i < all.spans.size(); i += all.spans[i].held) {
     Mechanism* of = nullptr;
     PANTIN_ASSERT(all.spans[i].held > 0 && i + all.spans[i].held <= all.spans.size());
@@ -140,7 +140,7 @@ void move_mechanisms(const World& world, Planar& all, Real h) {
     of.moved = false, of.row_impulses.clear();
     for (const std::uint32_t curve : of.curves)
       if (!all.curves[curve].over) search_places(all.curves[curve], all.scratch.motions);
-    // What was touched will most likely be again.
+    // A mechanism with contacts will most likely have them again.
     if (!of.touched || !of.curves.empty()) move_by_rattle(world, all, of, h);
     if (of.moved) leave_out(all, of);
   }

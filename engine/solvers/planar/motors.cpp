@@ -1,6 +1,6 @@
-// Springs and motors of joints whose bodies belts or gears tie to others. Box2D knows neither: a
-// stiff motor on a light pulley would see the pulley alone, and lose what the rest takes from it.
-// They act before the step instead, implicitly, on all that moves with their joint.
+// Springs and motors of joints in belt or gear trains. Box2D knows neither belts nor such gears: a
+// stiff motor on a light pulley would drive the pulley alone, and lose the load of the rest. So
+// they act before the step, implicitly, on all bodies that move with their joint.
 #include <algorithm>
 
 #include "engine/solvers/planar/island.hpp"
@@ -8,9 +8,9 @@
 namespace pantin::detail::planar {
 namespace {
 
-constexpr Real kMoves = 1e-12;  // of the mobility of a joint alone: below it nothing gives way
+constexpr Real kMoves = 1e-12;  // fraction of the mobility of a joint alone: below it is locked
 
-/// Takes from velocities what opens the mechanism.
+/// Projects velocities onto the rows of the mechanism.
 void project(StepScratch& s, const Mechanism& of, std::vector<Vec3>& velocity) {
   s.lambda.clear();
   for (const Row& row : s.rows) s.lambda.push_back(-rate_of(row, velocity));
@@ -22,7 +22,7 @@ void project(StepScratch& s, const Mechanism& of, std::vector<Vec3>& velocity) {
     }
 }
 
-/// What forces from outside add to the motion at the start of the step.
+/// Adds external forces to the motion at the start of the step.
 void add_forces(StepScratch& s, const Mechanism& of, Real h) {
   for (const std::uint32_t i : of.bodies) {
     const PlaneBody& b = s.plane.bodies[i];
@@ -49,7 +49,7 @@ void drive(StepScratch& s, Mechanism& of, PlaneJoint& j, Real h) {
   const Real alone = rate_of(along, answer);
   project(s, of, answer);
   const Real mobility = rate_of(along, answer);
-  // Stiff springs act where they come to, soft ones where they are: that loses no energy.
+  // Stiff springs act at the end position, soft ones at the present one: that loses no energy.
   const Real stiff = h * h * mobility * spring.stiffness;
   const Real slope = spring.damping + stiff / (1 + stiff) * h * spring.stiffness;
   const Real load = spring.load - (j.kind == PlaneJoint::slider ? spring.stiffness * along.c : 0);

@@ -1,10 +1,10 @@
 #pragma once
-/// A plane of bodies, outlines and joints, stepped by Box2D. The interface is ours: plain numbers
-/// in and out, so that only box2d_plane.cpp knows the library.
+/// A plane of bodies, outlines and joints, stepped by Box2D. The interface consists of plain
+/// numbers, so that only box2d_plane.cpp depends on the library.
 ///
-/// Vectors lie in the plane z = 0, angles are about z. SI units; positions are the world's. The
-/// "start frame" of a body has its origin at the mass centre and the axes of the world at the start
-/// of the step: its angle there is 0. That of a kinematic body has the axes it ends with.
+/// Vectors are in the plane z = 0, angles about z. SI units; world positions. The "start frame" of
+/// a body has its origin at the mass centre and the world's axes at the start of the step: its
+/// angle there is 0. The axes of a kinematic body are the world's at the end of the step.
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -19,24 +19,24 @@
 
 namespace pantin::detail::planar {
 
-/// A convex piece of the section of a shape, in the body's axes before it turned by its angle.
+/// A convex piece of the section of a shape, in the body's axes before its rotation by `angle`.
 struct Outline {
   enum Kind : std::uint8_t { disc, polygon, half_plane } kind = disc;
   std::uint32_t first = 0, count = 0;  // polygon: in Plane::corners, anticlockwise, at most 8
   Vec3 centre{0};                      // disc; half-plane: a point of its edge
   Vec3 normal{0, 1, 0};                // half-plane: outwards
   Real radius = 0;                     // m, of a disc
-  Real low = 0, high = 0;              // m: the z of the world between which it is solid
+  Real low = 0, high = 0;              // m: z range, world, in which it is solid
   std::uint32_t material = 0;
   std::uint32_t shape = 0;  // among those of its body
 };
 
-/// One that is absent takes no part in the step: others have moved it, and nothing touches it.
+/// Absent bodies take no part in the step: they have been moved already, and have no contacts.
 struct PlaneBody {
   enum Kind : std::uint8_t { fixed, kinematic, dynamic, absent } kind = fixed;
   bool self = true, others = true;  // as of Collision
   Vec3 position{0}, velocity{0};    // m, m/s; of kinematic bodies the position at the end
-  Real angle = 0;                   // rad, by which the outlines have turned; likewise
+  Real angle = 0;                   // rad, rotation of the outlines; likewise
   Real spin = 0;                    // rad/s
   Real mass = 1, inertia = 1;       // kg, kg m^2 about z
   Real gravity_scale = 1;
@@ -53,14 +53,13 @@ struct PlaneBody {
   Real turned = 0, spun_up = 0;
 };
 
-/// Load of a spring or motor along a joint's coordinate: load - stiffness x - damping rate, where x
-/// is 0 now.
+/// Force of a spring or motor along a joint's coordinate: load - stiffness x - damping rate, where
+/// x is 0 now.
 struct PlaneSpring {
   Real stiffness = 0, damping = 0, load = 0;
 };
 
-/// What a joint did to its body b in the last step, and to a the other way: where the next step
-/// begins.
+/// Force of a joint on its body b in the last step, opposite on a: the warm start of the next step.
 struct JointLoad {
   Vec3 force{0};                // N, at the anchor
   Real torque = 0, spring = 0;  // N m, of a weld or slider; of the spring or motor of a hinge
@@ -80,12 +79,12 @@ struct PlaneJoint {
   Real angle_error = 0;        // weld, slider: rad, of b to a, to be closed
   Real length = 0;             // rod, spring: m, at rest
   bool limited = false;        // hinge: angle, slider: travel
-  Real low = 0, high = 0;      // rad, of the angle gained from now on; m, of the travel
+  Real low = 0, high = 0;      // rad, relative to the present angle; m, of the travel
   JointLoad load = {};         // of the last step; a result, too
   PlaneSpring along = {};      // the angle of a hinge, the travel of a slider, the line of a spring
 };
 
-/// A contact point, kept from step to step: impulses to start the next one from.
+/// A contact point, kept from step to step: impulses for the warm start.
 struct PlaneContact {
   std::uint32_t a = 0, b = 0;                  // bodies
   std::uint32_t outline_a = 0, outline_b = 0;  // of each body
@@ -94,7 +93,7 @@ struct PlaneContact {
   Vec3 point{0}, normal{0, 1, 0};                 // results, world; from b to a
   Real depth = 0;
   Vec3 impulse{0};                         // kg m/s, on a, of the whole step
-  bool ended = false;                      // it bore in the step and is over at its end
+  bool ended = false;                      // it had an impulse in the step, but ended in it
   std::uint32_t shape_a = 0, shape_b = 0;  // of each body
 
   static void fields(auto& self, auto&& field) {
@@ -132,12 +131,12 @@ struct Plane {
   std::uint64_t joined_for = 0;
   Vec3 gravity{0};  // m/s^2
   Real unit = 1;    // m: the size of a typical body
-  // Who decides on pairs that touch; null: all that may, collide.
+  // Decides which contact pairs collide; null: all permitted pairs do.
   contact::NearPairs* near = nullptr;
   const ContactFilter* filter = nullptr;
 };
 
-/// Whether what is said of two bodies lets them touch.
+/// Whether the filters of two bodies permit contact.
 inline bool may_touch(const Plane& plane, std::uint32_t number_a, std::uint32_t number_b) {
   const PlaneBody &a = plane.bodies[number_a], &b = plane.bodies[number_b];
   if (!(a.groups & b.with) || !(b.groups & a.with)) return false;
@@ -147,14 +146,14 @@ inline bool may_touch(const Plane& plane, std::uint32_t number_a, std::uint32_t 
   return !are_joined(plane.ignored, a.slot, b.slot);
 }
 
-/// One step of `h` seconds by Box2D: a function of its arguments alone. Reads the touches of the
-/// last step, sorted, and leaves those of this one. Writes the results of the bodies.
+/// One step of `h` seconds by Box2D: a function of its arguments alone. Reads the contacts of the
+/// last step, sorted, and replaces them by those of this one. Writes the results of the bodies.
 void step_plane(Plane& plane, Real h, std::vector<PlaneContact>& touches);
 
-/// The same wherever bodies are: those far from one another are stepped apart.
+/// The same for bodies at any distance: clusters far from one another are stepped separately.
 void step_clusters(Plane& plane, Real h, std::vector<PlaneContact>& touches);
 
-/// A body with a number that Box2D cannot take, of it or of its joint; UINT32_MAX: there is none.
+/// A body with a number, of itself or its joint, that Box2D cannot represent; UINT32_MAX: none.
 std::uint32_t find_unfit(const Plane& plane);
 
 }  // namespace pantin::detail::planar

@@ -8,18 +8,18 @@ namespace pantin::detail::planar {
 namespace {
 
 constexpr int kMostIterations = 40, kMostParts = 64;
-constexpr std::size_t kMostRows = 16000;  // in all parts of a step: what is larger is Box2D's
+constexpr std::size_t kMostRows = 16000;  // in all substeps; Box2D steps larger mechanisms
 constexpr int kHopeful = 5;               // iterations after which gaps must have shrunk by
-constexpr Real kHope = 0.1;               // this, if they ever do
-constexpr Real kMostPhase = 1.5;          // rad, of the fastest swing that a part can follow
-constexpr Real kMostTurn = 0.5;           // rad, of a body in a part of a step
+constexpr Real kHope = 0.1;               // this factor, or they will not converge
+constexpr Real kMostPhase = 1.5;          // rad, of the fastest oscillation in a substep
+constexpr Real kMostTurn = 0.5;           // rad, of a body in a substep
 constexpr Real kMostClosed = 1;           // rad, by which closing turns a body
-constexpr Real kStartGap = 1e-8;          // of the size of the joints: no step leaves a wider gap
-// As kGives. Where curves roll about fixed axes the gap follows from rolling, and from the axes
-// alone where the common normal meets both.
+constexpr Real kStartGap = 1e-8;          // of the size of the joints: steps leave smaller gaps
+// Like kGives, with rolling curves. On fixed axes the gap follows from rolling, and from the axes
+// alone where the common normal intersects both.
 constexpr Real kGivesRolling = 1e-5;
-constexpr Real kWidest = 1e3;  // of their size: gaps that are never closed
-constexpr Real kFalls = 0.02;  // a residual that falls by less: the matrix is made anew
+constexpr Real kWidest = 1e3;  // of their size: larger gaps are never closed
+constexpr Real kFalls = 0.02;  // the matrix is recomputed unless the residual falls by this factor
 
 Real worst_of(std::span<const Row> rows) {
   Real worst = 0;
@@ -96,7 +96,7 @@ void Rattle::soften(std::vector<Row>& rows, Real part) const {
   }
 }
 
-/// Positions along the rows of the start, by Newton's method.
+/// Closes positions along the rows of the start, by Newton's method.
 bool Rattle::close_gaps() {
   lambda_.assign(start_.rows.size(), 0);
   soften(start_.rows, gives_);
@@ -133,8 +133,8 @@ bool Rattle::close_gaps() {
   return false;
 }
 
-/// Closes what is open as the step begins: a body was teleported, a pin moved, or Box2D went past a
-/// limit. That is no motion. False if it does not close.
+/// Closes gaps at the start of the step: a body was teleported, a pin moved, or Box2D crossed a
+/// limit. This adds no velocity. False if it does not converge.
 bool Rattle::settle() {
   work_.closed.assign(of_.bodies.size(), Vec3(0));
   begin(), take_places(), find_limits(), collect(start_);
@@ -166,7 +166,7 @@ bool Rattle::settle() {
   return false;
 }
 
-/// The impulses of joints, spans and curves in a part of the step.
+/// Adds the impulses of joints, spans and curves in a substep.
 void Rattle::add_impulses() {
   std::size_t row = 0, joint = 0;
   each_joint([&](const PlaneJoint& j) {
@@ -193,7 +193,7 @@ void Rattle::add_impulses() {
   }
 }
 
-/// Damping by the air.
+/// Applies air drag.
 void Rattle::drag(Real time) {
   for (const std::uint32_t b : of_.bodies) {
     const Real rate = world_.bodies.values()[all_.bodies[b].slot].drag;
@@ -201,7 +201,7 @@ void Rattle::drag(Real time) {
   }
 }
 
-/// Results, and the forces of curves.
+/// Stores results, and the forces of curves.
 void Rattle::keep() {
   of_.position.clear(), of_.velocity.clear();
   for (const std::uint32_t b : of_.bodies)
@@ -219,7 +219,7 @@ void Rattle::keep() {
   of_.places = places_, of_.searched = searched_, of_.moved = true;
 }
 
-/// Those that others move, where they are at a time in the step.
+/// Places kinematic bodies at a time in the step.
 void Rattle::drive_others(Real time) {
   for (const std::uint32_t b : of_.driven) {
     const PlaneBody& body = s_.plane.bodies[b];
@@ -229,7 +229,7 @@ void Rattle::drive_others(Real time) {
   }
 }
 
-/// The free motion, from where a part of the step begins.
+/// The free motion from the start of a substep.
 void Rattle::drift() {
   kick(End::start);
   for (const std::uint32_t b : of_.bodies) {
@@ -240,7 +240,7 @@ void Rattle::drift() {
   note_positions(free_);
 }
 
-/// A part of the step, to a time in it.
+/// A substep up to a time in the step.
 bool Rattle::advance(Real to) {
   end_ = to;
 
@@ -286,7 +286,7 @@ void Rattle::place_at(const std::vector<Vec3>& positions) {
   }
 }
 
-/// All that it moves, and all that is moved with it, as the step begins.
+/// Sets all bodies, and kinematic ones, to the start of the step.
 void Rattle::begin() {
   for (const auto* list : {&of_.bodies, &of_.driven})
     for (const std::uint32_t b : *list) begin_motion(s_.plane.bodies[b], whole_, b, m_);
@@ -317,14 +317,14 @@ bool Rattle::go(int parts) {
   return true;
 }
 
-/// By how fast bodies turn, and how fast they swing under what their joints bore.
+/// From the rotation rates of bodies, and their oscillation frequencies under joint loads.
 Real Rattle::fewest_parts() {
   Real most = 0;
   for (const std::uint32_t b : of_.bodies)
     most = std::max(most, std::abs(m_.velocity[b].z) * whole_ / kMostTurn);
-  // Parts that change in number cost more than long ones, until these are too long.
+  // A varying number of substeps costs more accuracy than long ones, until these are too long.
   if (most > 1) most *= 2;
-  for (const std::uint32_t b : of_.bodies) m_.gained[b] = 0;  // memory; of swings, 1/s^2
+  for (const std::uint32_t b : of_.bodies) m_.gained[b] = 0;  // scratch: squared frequency, 1/s^2
   each_joint([&](const PlaneJoint& j) {
     const Real force = glm::length(j.load.force);
     m_.gained[j.a] += force * glm::length(j.arm_a) * m_.inverse_mass[j.a].z;
@@ -343,7 +343,7 @@ bool Rattle::run() {
     int parts = static_cast<int>(std::min<Real>(fewest_parts(), most));
     for (; !good; parts = std::min(2 * parts, most)) {
       for (const std::uint32_t span : of_.spans) all_.spans[span].slips = 0;
-      most_turn_ = parts < most ? 1.5 * kMostTurn : kWidest;  // it may speed up in the step
+      most_turn_ = parts < most ? 1.5 * kMostTurn : kWidest;  // bodies may accelerate in the step
       good = go(parts);
       if (good && overloads()) good = go(parts);
       if (parts == most) break;

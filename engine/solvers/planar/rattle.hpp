@@ -6,26 +6,26 @@
 ///   v1 = (q1 - q0) / h + h/2 M^-1 f1 + M^-1 J1^T m      with J1 v1 = 0
 ///
 /// Springs, dampers and motors act at both ends of the step: soft ones by the trapezoidal rule,
-/// stiff ones implicitly. Rolling is a row of positions, too: in a plane, the ways gone along both
-/// curves differ by what they did where they met.
+/// stiff ones implicitly. Rolling constrains positions, too: in a plane, the difference of the arc
+/// lengths rolled along both curves stays constant.
 #include <optional>
 
 #include "engine/solvers/planar/island.hpp"
 
 namespace pantin::detail::planar {
 
-/// The plane's motions are its workplace; they are those of the start again when it is done.
+/// Works on the plane's motions, and restores their initial state at the end.
 class Rattle {
  public:
   Rattle(const World& world, Planar& all, Mechanism& of, Real h);
 
-  /// In as few parts as it takes; false, and nothing done, where it fails.
+  /// Uses as few substeps as possible; false, without changes, on failure.
   bool run();
 
  private:
   static constexpr Real kClosed = 2e-13, kAccepted = 1e-10;  // of the size of the joints
-  // Of a row's own pivot, added to it: rows that say the same give way to one another, and the
-  // rounds make good for it.
+  // Regularisation, as a fraction of a row's pivot, for redundant rows; iterations remove its
+  // error.
   static constexpr Real kGives = 1e-8;
   static constexpr int kMostLooks = 4;
 
@@ -87,7 +87,7 @@ class Rattle {
   StepScratch& s_;
   Motions& m_;
   Mechanism& of_;
-  Real h_, whole_ = h_, end_ = 0;  // s, of a part and of the step; when the part ends
+  Real h_, whole_ = h_, end_ = 0;  // s, of a substep and of the step; end of the substep
   RattleWork& work_ = of_.work;
   RattleRows &start_ = work_.start, &now_ = work_.now;
   std::vector<RattleSpring>& springs_ = work_.springs;
@@ -98,7 +98,7 @@ class Rattle {
   std::vector<Pose>& searched_ = work_.searched;
   std::vector<std::array<Vec3, kMostPlaces>>& means_ = work_.means;
   std::vector<std::array<CurvePlace, kMostPlaces>>& places_ = work_.places;
-  Real most_turn_ = 0;  // rad, of a body in a part
+  Real most_turn_ = 0;  // rad, of a body in a substep
   Real gives_ = 0;
   Real size_ = 1e-3;
 };

@@ -1,4 +1,4 @@
-// Where curves touch in a step of RATTLE, and which of the places press.
+// Contact points of curves in a step of RATTLE, and their active set.
 #include <algorithm>
 #include <cmath>
 
@@ -21,7 +21,7 @@ void Rattle::note_starts() {
       of_.starts[kMostPlaces * i + k] = start_.nows[at++];
 }
 
-/// Where a curve that may lift touches now; false if nowhere near.
+/// Searches the contact points of a unilateral curve again; false if there is none near.
 bool Rattle::look_again(std::size_t curve) {
   const FlatCurve& c = all_.curves[of_.curves[curve]];
   FlatCurve looked = c;
@@ -42,8 +42,8 @@ bool Rattle::look_again(std::size_t curve) {
   return any;
 }
 
-/// Whether a curve overlaps another where nothing was known of it when the step began, as when a
-/// box tips over an edge.
+/// Whether curves overlap at a contact point that was unknown when the step began, as when a box
+/// tips over an edge.
 bool Rattle::meets_anew() {
   bool any = false;
   for (std::size_t i = 0; i < of_.curves.size(); ++i) {
@@ -62,8 +62,8 @@ bool Rattle::meets_anew() {
   return any;
 }
 
-/// From the free motion again, along the rows that act now. A place that is none where the step
-/// begins, as the far corner of a box that tips over, takes the row that it has at the end.
+/// Restarts from the free motion with the active rows of now. A contact point that does not exist
+/// at the start, as the far corner of a box that tips over, takes its row at the end.
 void Rattle::restart() {
   collect(now_);
   place_at(from_), drive_others(end_ - h_);
@@ -84,7 +84,7 @@ void Rattle::restart() {
   drift();
 }
 
-/// Which curves press, after a round; nothing if the step cannot be taken.
+/// Updates the active set after an iteration. Returns whether it changed; nothing on failure.
 std::optional<bool> Rattle::switch_places(int& looks) {
   bool changed = false;
   std::size_t row = now_.first_curve, at = 0;

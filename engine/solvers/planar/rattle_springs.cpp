@@ -1,4 +1,4 @@
-// What acts in a step of RATTLE: weights, springs, dampers, motors, limits, and belts that slip.
+// Forces in a step of RATTLE: weights, springs, dampers, motors, limits, and belts that slip.
 #include <algorithm>
 #include <cmath>
 
@@ -7,9 +7,9 @@
 namespace pantin::detail::planar {
 namespace {
 
-/// Of h^2 k / m and h d / m: what is stiffer acts once, implicitly.
+/// Of h^2 k / m and h d / m: stiffer elements act implicitly.
 constexpr Real kStiffest = 0.25;
-constexpr Real kImmobile = 1e-12;  // what hardly gives way to a spring is held
+constexpr Real kImmobile = 1e-12;  // a coordinate with less mobility is locked
 
 void push(Motions& m, const Row& row, Real impulse) {
   for (int i = 0; i < row.count; ++i)
@@ -38,7 +38,7 @@ void Rattle::find_springs() {
     spring.is_soft = spring.is_soft && !(any_stiff && spring.damping > 0);
 }
 
-/// What acts at one end, for half of the part of the step.
+/// Applies forces at one end of the substep, for half of its length.
 void Rattle::kick(End at) {
   const Real half = 0.5 * h_;
   bool is_stiff = false;
@@ -58,7 +58,7 @@ void Rattle::kick(End at) {
   if (is_stiff) damp(at, impulses);
 }
 
-/// Forces of positions act for a time; at the start those of soft dampers do, too.
+/// Applies forces of positions for a time; at the start those of soft dampers, too.
 void Rattle::press(Real time, End at) {
   for (const std::uint32_t b : of_.bodies) {
     const PlaneBody& body = s_.plane.bodies[b];
@@ -74,12 +74,12 @@ void Rattle::press(Real time, End at) {
   }
 }
 
-/// N, what a span bears that slips.
+/// N, the friction force of a slipping span.
 Real Rattle::grip(const FlatSpan& span) const {
   return span.slips * grip_of(world_.belts.values()[span.belt]);
 }
 
-/// Solves for velocities along rows, the last of which give way, and adds what they bear.
+/// Solves for velocities along rows, the last of which are compliant, and adds the impulses.
 void Rattle::solve_rates(const Factor& factor, std::span<const Row> rows,
                          std::vector<Real>& impulses) {
   const std::size_t hard = rows.size() - work_.wanted.size();
@@ -98,7 +98,7 @@ void Rattle::solve_rates(const Factor& factor, std::span<const Row> rows,
   for (std::size_t r = 0; r < hard; ++r) impulses[r] += borne[r];
 }
 
-/// The rows of one end, and of those springs that act along theirs for a time.
+/// The rows of one end, and the compliant rows of springs that act for `time`.
 std::vector<Row>& Rattle::damped_rows(std::span<const Row> rows, Real time, Which which) {
   std::vector<Row>& all = work_.damped_rows;
   all.assign(rows.begin(), rows.end()), soften(all, kGives);
@@ -119,15 +119,15 @@ void Rattle::prepare(DampedFactor& factor, std::span<const Row> rows) const {
   factor.compute(rows, m_.inverse_mass);
 }
 
-/// Velocities along the rows of an end; at the last, soft dampers are among them.
+/// Projects velocities onto the rows of one end; at the end of the step with soft dampers.
 void Rattle::project(std::span<const Row> hard, std::vector<Real>& impulses) {
   const std::vector<Row>& rows = damped_rows(hard, 0.5 * h_, Which::soft);
   prepare(of_.velocities, rows);
   solve_rates(of_.velocities, rows, impulses);
 }
 
-/// Forces and what is stiff act together for half of the part of the step, from velocities that fit
-/// the rows: implicitly, in two stages, of order 2 without ringing. [Alexander 1977]
+/// Applies forces and stiff elements together for half of the substep, from velocities that satisfy
+/// the rows: implicitly, in two stages, of order 2 and L-stable. [Alexander 1977]
 void Rattle::damp(End at, std::vector<Real>& impulses) {
   constexpr Real kStage = 1 - 0.70710678118654752440, kOn = (1 - kStage) / kStage - 1;
   const std::vector<Row>& hard = at == End::start ? start_.rows : now_.rows;
@@ -147,8 +147,8 @@ void Rattle::damp(End at, std::vector<Real>& impulses) {
   solve_rates(of_.damping, rows, impulses);
 }
 
-/// One damper alone, as the closed form says: the rate of its row goes to where forces and damper
-/// hold each other like exp(-t d / m).
+/// A single damper by its closed form: the rate of its row approaches the equilibrium of forces and
+/// damper like exp(-t d / m).
 void Rattle::relax(End at, std::vector<Real>& impulses) {
   const Real time = 0.5 * h_;
   const Row row = work_.damped_rows.back();
@@ -173,7 +173,7 @@ void Rattle::relax(End at, std::vector<Real>& impulses) {
   push(m_, row, part * work_.answer[last]);
 }
 
-/// Limits of joints that are met where the part of the step begins.
+/// Finds the joint limits that are reached at the start of the substep.
 void Rattle::find_limits() {
   limits_.clear();
   const Real near = kAccepted * size_;
@@ -197,7 +197,7 @@ void Rattle::append_limit_rows(std::vector<Row>& rows) const {
   }
 }
 
-/// Whether a limit is met anew in a round, or has let go.
+/// Whether a limit was reached in an iteration, or released.
 bool Rattle::switch_limits(int looks) {
   bool changed = false;
   for (std::size_t i = 0; i < limits_.size(); ++i) {
@@ -217,7 +217,7 @@ bool Rattle::switch_limits(int looks) {
   return changed;
 }
 
-/// Whether spans would have to bear more than their belts' grip: they slip.
+/// Lets spans slip whose force would exceed their belts' friction. Whether any did.
 bool Rattle::overloads() {
   bool any = false;
   for (std::size_t i = 0; i < of_.spans.size(); ++i) {

@@ -16,9 +16,9 @@ namespace {
 
 constexpr Real kTimeToSleep = 0.5;  // s
 constexpr Real kPinMoved = 1e-9;    // m
-constexpr Real kWidest = 1e12;      // m, m/s: beyond it nothing is a motion
+constexpr Real kWidest = 1e12;      // m, m/s: larger motions are failures
 
-/// How far from its mass centre a body has parts, m.
+/// Largest distance of a body's points from its mass centre, m.
 Real extent_of(const World& world, const FlatBody& f) {
   const Shapes* shapes = world.shapes.find(f.body);
   const Body& b = world.bodies.values()[f.slot];
@@ -26,7 +26,7 @@ Real extent_of(const World& world, const FlatBody& f) {
   return std::max(shapes ? contact::extent_of(*shapes) : 0, std::sqrt(inertia / b.mass));
 }
 
-/// Whether a body that the solver does not move has come, gone or been pushed on its way.
+/// Whether a body was changed: moved by the caller, pushed, or moving on its path.
 bool stirs(const World& world, const FlatBody& f) {
   const Body& b = world.bodies.values()[f.slot];
   if (b.restart || b.teleport) return true;
@@ -35,7 +35,7 @@ bool stirs(const World& world, const FlatBody& f) {
   return push && (push->force != Vec3(0) || push->torque != Vec3(0));
 }
 
-/// How far a pin is from its place in the plane, m.
+/// Distance of a pin from its target in the plane, m.
 Real gap_of(const World& world, const Planar& all, const FlatPin& p) {
   const Pin& pin = world.pins.values()[p.pin];
   const auto pose_of = [&](std::uint32_t body) {
@@ -45,7 +45,7 @@ Real gap_of(const World& world, const Planar& all, const FlatPin& p) {
   return glm::length((to - to_world(pose_of(p.body), pin.anchor)) * Vec3(1, 1, 0));
 }
 
-/// Whether the plane has been at rest for long enough, and nothing stirs it.
+/// Whether the plane is asleep: quiet for long enough, and unchanged.
 bool rests(const World& world, const Planar& all, Real h) {
   if (!(all.sleep_speed > 0) || all.still * h < kTimeToSleep) return false;
   if (world.gravity != all.gravity) return false;
@@ -67,7 +67,7 @@ void note_stillness(const World& world, Planar& all) {
   all.gravity = world.gravity;
 }
 
-/// The motion that Box2D found, in the plane's numbers.
+/// Converts Box2D's results to the plane's motions.
 void take_results(const World& world, Planar& all, Real h) {
   begin_motions(all, h);
   const std::vector<PlaneBody>& bodies = all.scratch.plane.bodies;
@@ -85,7 +85,7 @@ void take_results(const World& world, Planar& all, Real h) {
   }
 }
 
-/// A body whose motion is no number, or none.
+/// A body whose motion is not finite, or none.
 Entity find_lost(const Planar& all) {
   const Motions& m = all.scratch.motions;
   const auto fits = [](Vec3 v) { return glm::dot(v, v) < kWidest * kWidest; };
@@ -116,7 +116,7 @@ void write_bodies(World& world, Planar& all) {
   }
 }
 
-/// What links bore, and where the joints of the next step begin.
+/// Stores the reactions of links, and the warm start of joints.
 void keep_loads(Planar& all) {
   const StepScratch& s = all.scratch;
   PANTIN_ASSERT(s.joint_of.size() == all.links.size());
@@ -139,7 +139,7 @@ void name_shapes(const Plane& plane, PlaneContact& t) {
   t.shape_b = plane.outlines[plane.bodies[t.b].first + t.outline_b].shape;
 }
 
-/// What touches is moved by Box2D.
+/// Steps bodies with contacts by Box2D.
 void collide_bodies(const World& world, Planar& all, const StepTask& task) {
   Plane& plane = all.scratch.plane;
   plane.filter = task.filter;
@@ -207,13 +207,13 @@ bool asleep(const World& world) {
   return all.islands == 0 || !all.scratch.stepped;
 }
 
-/// The plane sleeps as one.
+/// All bodies of the plane sleep together.
 bool sleeps(const World& world, std::size_t) {
   const Planar& all = plane_of(world);
   return all.scratch.h > 0 && !all.scratch.stepped && !all.lost && all.still > 0;
 }
 
-/// Bodies of the plane are obstacles that are at the end of the step already.
+/// Bodies of the plane are obstacles, already at the end of the step.
 void find_starts(const World& world, std::vector<contact::StartPose>& out) {
   const Planar& all = plane_of(world);
   for (std::size_t i = 0; i < all.bodies.size() && all.scratch.stepped; ++i)
@@ -227,7 +227,7 @@ Contact contact_of(const World& world, const Planar& all, const PlaneContact& t)
   const Body &on_a = world.bodies.values()[a.slot], &on_b = world.bodies.values()[b.slot];
   Contact c;
   c.slot_a = a.slot, c.slot_b = b.slot, c.normal = t.normal, c.depth = t.depth;
-  // Outlines of a shape are few; of more than 64 some share a key.
+  // Shapes have few outlines; with more than 64 some share a key.
   const std::uint64_t outlines = (t.outline_a & 0x3f) << 6 | (t.outline_b & 0x3f);
   const bool is_a = a.island != kNobody;
   c.key = contact::key_of(is_a ? t.shape_a : t.shape_b, is_a ? t.shape_b : t.shape_a,
@@ -242,12 +242,12 @@ Contact contact_of(const World& world, const Planar& all, const PlaneContact& t)
   return c;
 }
 
-/// Contacts of two bodies none of which another solver moves, in the order of bodies.
+/// Lists contacts of two bodies that no other solver moves, in the order of bodies.
 void list_contacts(const World& world, std::vector<Contact>& to) {
   const Planar& all = plane_of(world);
   if (all.islands == 0) return;
   const Partition& partition = partition_of(world);
-  std::erase_if(to, [&](const Contact& c) {  // of a step before, through which all slept
+  std::erase_if(to, [&](const Contact& c) {  // left from an earlier step while all were asleep
     return !contact::feels_contacts(partition, c.slot_a) &&
            !contact::feels_contacts(partition, c.slot_b);
   });

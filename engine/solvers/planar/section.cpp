@@ -11,13 +11,13 @@
 namespace pantin::detail::planar {
 namespace {
 
-constexpr Real kAlong = 1e-9;  // sine of an angle that is none
+constexpr Real kAlong = 1e-9;  // sine of an angle that counts as 0
 constexpr std::uint32_t kMostCorners = 8;
 
 Vec3 flat(Vec3 v) { return {v.x, v.y, 0}; }
 bool is_along_z(Vec3 axis) { return std::hypot(axis.x, axis.y) < kAlong; }
 
-/// Where the edges of a piece with corners pass the height of its middle.
+/// Intersections of a convex piece's edges with the height of its centre.
 std::vector<Vec3> cut(const Convex& piece, Real height) {
   std::vector<Vec3> points;
   for (const auto& edge : piece.edges) {
@@ -46,7 +46,7 @@ void append_disc(Vec3 centre, Real radius, Outline o, Plane& out) {
   out.outlines.push_back(o);
 }
 
-/// A straight piece from p to q, half as wide at each end as given.
+/// A straight piece between two ends, with the given half-widths.
 void append_bar(const std::array<Vec3, 2>& ends, const std::array<Real, 2>& radii, Outline o,
                 Plane& out) {
   const Vec3 along = glm::normalize(ends[1] - ends[0]), left(-along.y, along.x, 0);
@@ -68,7 +68,7 @@ Outline with_heights(const Shape& shape, const Pose& at) {
   return o;
 }
 
-/// A solid of revolution about y, half its length and its radius at both ends.
+/// A solid of revolution about y, with radius and half-length of its shape.
 void append_turned(const Shape& shape, const Pose& at, const Outline& o, Plane& out) {
   const Vec3 axis = at.rotation * Vec3(0, 1, 0);
   const Real radius = shape.size.x, half = shape.size.y;
@@ -100,7 +100,7 @@ void append_section(const Shape& shape, const Pose& body, Plane& out) {
       append_polygon(plane_hull(points), o, out);
       return;
     }
-    default:  // of what has_section() knows: capsules, cylinders, cones
+    default:  // capsules, cylinders, cones: see has_section()
       return append_turned(shape, at, o, out);
   }
 }
