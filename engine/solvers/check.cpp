@@ -59,7 +59,7 @@ struct Plans {
     const std::uint32_t slot = world.bodies.slot(body);
     return slot == kNoSlot || !of[slot] ? nullptr : &of[slot]->settings;
   }
-  /// The island of a body is not stepped; the body is reported.
+  /// Excludes the island of a body from stepping, and reports the body.
   void stop(Entity body) const {
     const std::uint32_t slot = world.bodies.slot(body);
     if (slot == kNoSlot || !of[slot] || of[slot]->unfit) return;
@@ -90,7 +90,7 @@ void list_unknown(const Plans& owners) {
   // One body represents its island.
   std::vector<const SolverSettings*> told;
   for (Entity e : world.collisions.owners()) {
-    if (world.collisions[e].sensor) continue;  // sees the bodies of all solvers
+    if (world.collisions[e].sensor) continue;  // detects the bodies of all solvers
     const SolverSettings* how = owners.settings(e);
     if (!how || how->solver == Solver::articulated ||
         std::find(told.begin(), told.end(), how) != told.end())
@@ -158,8 +158,8 @@ void list_impossible(const Plans& owners) {
                 p.body, p.to);
 }
 
-/// Bodies with more exact pins, or joints to what is fixed, than `lagrangian` can solve for are not
-/// stepped.
+/// Excludes bodies with more exact pins, or joints to fixed bodies, than `lagrangian` can solve
+/// for.
 void list_overheld(const Plans& owners) {
   const World& world = owners.world;
   std::vector<std::size_t> pins(world.bodies.size(), 0), joints(pins);
@@ -193,7 +193,7 @@ void list_overheld(const Plans& owners) {
   }
 }
 
-/// Islands whose settings are faulty are not stepped; their first body is reported.
+/// Excludes islands with faulty settings, and reports their first body.
 void list_faulty_settings(const Plans& owners, std::span<std::vector<IslandPlan>> plans) {
   for (const std::vector<IslandPlan>& list : plans)
     for (const IslandPlan& plan : list) {
@@ -205,8 +205,7 @@ void list_faulty_settings(const Plans& owners, std::span<std::vector<IslandPlan>
     }
 }
 
-/// One solver steps all that is tied together: a body that asks for another one is told so, the
-/// first of each island.
+/// One solver steps each island: reports the first body of each that asks for another one.
 void list_ignored(const Plans& owners, std::span<std::vector<IslandPlan>> plans) {
   const World& world = owners.world;
   for (const std::vector<IslandPlan>& list : plans)
@@ -228,7 +227,7 @@ void list_ignored(const Plans& owners, std::span<std::vector<IslandPlan>> plans)
     }
 }
 
-/// Why an island cannot be moved in the plane, and the body that this is said of; or nothing.
+/// Why an island cannot be moved in the plane, with the body concerned; or nothing.
 std::string flat_fault_of(const World& world, const IslandPlan& plan, Entity& who) {
   who = world.bodies.owners()[plan.slots.front()];
   if (!has_planar_solver())
@@ -246,7 +245,7 @@ std::string flat_fault_of(const World& world, const IslandPlan& plan, Entity& wh
   return {};
 }
 
-/// What leaves the plane does not move.
+/// Excludes islands that leave the plane.
 void list_what_leaves_planes(const Plans& owners, std::span<const IslandPlan> plans) {
   for (const IslandPlan& plan : plans) {
     Entity who;
@@ -257,7 +256,7 @@ void list_what_leaves_planes(const Plans& owners, std::span<const IslandPlan> pl
   }
 }
 
-/// Of bodies that are no laminas, and of what ties a lamina to another body.
+/// Excludes bodies that are no laminas, and laminas with connections to other bodies.
 void list_what_is_no_lamina(const Plans& owners, std::span<const IslandPlan> plans) {
   for (const IslandPlan& plan : plans)
     for (const std::uint32_t slot : plan.slots) {
@@ -300,8 +299,8 @@ const char* fault_of(const Body& b) {
 
 namespace {
 
-/// Removes one component of what does not exist. One of what took its place hides it, and is put
-/// back.
+/// Removes one component of an entity that no longer exists. If that of its successor hides it, the
+/// latter is restored.
 template <class T>
 void drop(Store<T>& store, Entity gone) {
   if (store.slot(gone) != kNoSlot) return store.remove(gone);

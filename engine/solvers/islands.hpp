@@ -11,7 +11,7 @@ namespace pantin::detail {
 template <class Island>
 struct IslandList {
   struct ListScratch {
-    std::size_t prepared = 0;  // so many islands have their scratch memory; a copy has none
+    std::size_t prepared = 0;  // number of islands with scratch memory; 0 in a copy
   };
 
   std::vector<Island> list;

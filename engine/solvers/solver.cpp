@@ -17,7 +17,7 @@ namespace pantin::detail {
 
 namespace {
 
-/// Assigns the islands to solvers; from then on the owner of each body is known.
+/// Assigns the islands to solvers, and so an owner to each body.
 std::array<std::vector<IslandPlan>, kSolverCount> partition(World& world) {
   Partition& all = world.memory.of<Partition>();
   all.islands.clear(), all.faults.clear(), all.kinematic.clear();
@@ -49,9 +49,8 @@ bool is_solid(const World& world, Entity e) {
   return collision && !collision->sensor;
 }
 
-/// Contacts refer to slots: they get the present ones, or end where a body is gone or no longer
-/// solid; what is left of the two then wakes, if it can move: the ground does not, with all that
-/// rests on it.
+/// Renumbers the slots of contacts, or ends contacts whose body is gone or no longer solid. Then
+/// the remaining body wakes, if it is dynamic: fixed ground would wake all bodies that rest on it.
 void renumber_contacts(World& world) {
   contact::Memory& memory = world.memory.of<contact::Memory>();
   memory.scratch.stale = true;
@@ -74,7 +73,7 @@ void renumber_contacts(World& world) {
   std::erase_if(memory.contacts, is_gone), std::erase_if(memory.resting, is_gone);
 }
 
-/// Bodies that became solid since the last build wake the islands in contact with them.
+/// Lets bodies that became solid since the last build wake the islands in contact with them.
 void note_what_comes(World& world, const Partition& now) {
   if (now.built_for == 0) return;
   for (const std::uint32_t slot : now.kinematic) {
@@ -112,7 +111,7 @@ void compile_if_changed(World& world) {
   for (const SolverRow* solver : kSolvers) solver->prepare(world);
 }
 
-/// Of the islands of a solver that cannot tell when they wake none counts as asleep.
+/// Islands of a solver without wake-up detection never count as asleep.
 void list_awake(World& world) {
   Partition& all = world.memory.of<Partition>();
   if (all.awake_for == all.rest_version) return;
@@ -128,7 +127,7 @@ void list_awake(World& world) {
 
 namespace {
 
-/// On threads of a user's, which what a part throws does not reach: memory that has run out.
+/// Runs jobs on a user's threads, which exceptions of a job (out of memory) must not reach.
 void run_by_user(std::size_t count, const RunJobs& run_jobs, Job job) {
   std::atomic<bool> failed = false;
   const auto guarded = [&](std::size_t i) {

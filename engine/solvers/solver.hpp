@@ -3,7 +3,7 @@
 ///
 /// A solver is a folder and a row of kSolvers. Each island of the World belongs to one row; the
 /// solver compiles its islands into memory of its own (World::memory) and steps them. Solvers are
-/// independent of one another: what is tied together, or may touch, is stepped by one of them.
+/// independent of one another: one of them steps all bodies that are connected or may collide.
 #include <array>
 #include <cstdint>
 #include <span>
@@ -26,8 +26,8 @@ struct StepTask {
   const ContactFilter* filter = nullptr;
 };
 
-/// One solver. `island` is the index of one of its islands, in the order of compilation. A row
-/// names what its solver does; what it leaves out does nothing.
+/// One solver. `island` is the index of one of its islands, in the order of compilation. Functions
+/// that a row omits do nothing.
 struct SolverRow {
   const char* name;
   bool feels_contacts = false;  // resolves contacts of its bodies
@@ -38,38 +38,38 @@ struct SolverRow {
   /// Allocates scratch memory: after compile, and after the World was copied.
   void (*prepare)(World&) = [](World&) {};
 
-  /// Wakes the sleeping islands that something was changed about since the last step, before
-  /// anybody looks at the bodies. A solver that has none tells of no island that sleeps.
+  /// Wakes the sleeping islands that were changed since the last step, before other code reads the
+  /// bodies. A solver without it reports no island as asleep.
   void (*wake_changed)(World&, const StepTask&) = nullptr;
   /// The update stage: free motion of all islands.
   void (*predict)(World&, const StepTask&);
-  /// After islands were compiled anew within a step, between the update and the adjust stage: the
-  /// changed ones are predicted, or skip the substep.
+  /// After a compilation between the update and the adjust stage of a step: predicts the changed
+  /// islands, or lets them skip the substep.
   void (*catch_up)(World&, const StepTask&) = [](World&, const StepTask&) {};
-  /// After a saved World was read: what no step can be computed with in its islands, or null.
+  /// After a saved World was read: a reason why its islands cannot be stepped, or null.
   const char* (*fault)(const World&) = [](const World&) -> const char* { return nullptr; };
   /// Whether all its islands sleep.
   bool (*asleep)(const World&);
-  /// Whether one of them does; of a solver that lets nothing sleep, none.
+  /// Whether that island sleeps; false for a solver without sleeping.
   bool (*sleeps)(const World&, std::size_t island) = [](const World&, std::size_t) {
     return false;
   };
   /// Bounds on the displacement of its bodies' surfaces in the step, m, by body slot.
   void (*find_reaches)(const World&, Real h, std::span<Real> reach) = [](const World&, Real,
                                                                          std::span<Real>) {};
-  /// Appends the solid bodies that `predict` has moved to the end of the step already.
+  /// Appends the solid bodies that `predict` has already moved to the end of the step.
   void (*find_starts)(const World&, std::vector<contact::StartPose>&) =
       [](const World&, std::vector<contact::StartPose>&) {};
   /// After contact detection: each island takes the contacts of its bodies.
   void (*take_contacts)(World&, Real h) = [](World&, Real) {};
   /// The adjust stage: closes joints, resolves contacts, writes bodies.
   void (*adjust)(World&, const StepTask&) = [](World&, const StepTask&) {};
-  /// At the end of a substep: appends the contacts that a solver has found by itself, in the order
-  /// of contact::Memory::contacts. Null: it has none.
+  /// At the end of a substep: appends contacts that the solver has found by itself, in the order of
+  /// contact::Memory::contacts. Null: it has none.
   void (*list_contacts)(const World&, std::vector<Contact>&) = nullptr;
 
-  /// After each substep: its failure, unless a worse one is in the report, and the energy that was
-  /// removed.
+  /// After each substep: reports its failure, unless a worse one is in the report, and the energy
+  /// that was removed.
   void (*note_failure)(const World&, StepReport&) = [](const World&, StepReport&) {};
   /// Adds the results of the step, those of its last substep, to the report and to the measures.
   void (*report)(const World&, StepReport&);
@@ -96,8 +96,8 @@ inline constexpr std::array<const SolverRow*, kSolverCount> kSolvers{
 /// needed.
 void compile_if_changed(World& world);
 
-/// The part of compile_if_changed that finds what solvers do not know and impossible numbers, and
-/// marks the islands concerned.
+/// The part of compile_if_changed that finds unsupported features and invalid numbers, and marks
+/// the islands concerned.
 void list_faults(World& world, std::span<std::vector<IslandPlan>> plans);
 
 /// Brings Partition::awake up to date.

@@ -1,6 +1,6 @@
-// Islands that may touch within the next steps form a group. Where its islands ask for several
-// solvers, `lagrangian` steps them all: it knows every kind of joint and of surface. Islands part
-// at twice the distance at which they met.
+// Islands that may touch within the next steps form a group. If its islands ask for several
+// solvers, `lagrangian` steps them all, since it supports every kind of joint and of surface.
+// Islands separate at twice the distance at which they met.
 #include "engine/solvers/takeover.hpp"
 
 #include <algorithm>
@@ -15,9 +15,9 @@
 namespace pantin::detail {
 namespace {
 
-/// Steps within which a contact counts as near, and the part of a shape's extent that is added.
+/// Steps within which a contact counts as near, and a margin, as a fraction of a shape's extent.
 constexpr Real kSteps = 2, kMargin = 0.05;
-/// Of the distance at which islands meet: that at which they part.
+/// Distance at which islands separate, as a multiple of that at which they meet.
 constexpr Real kParting = 2;
 
 struct NearShape {
@@ -65,7 +65,7 @@ SolverSettings asked_settings(const World& world, std::uint32_t island) {
 
 [[maybe_unused]] bool is_no_row(std::uint8_t row) { return row >= kSolverCount; }
 
-/// The solvers that islands ask for. False: all solid ones ask for the same.
+/// Lists the solvers that islands ask for. False: all solid ones ask for the same.
 bool list_asked(World& world, Lists& lists) {
   const Partition& partition = partition_of(world);
   const std::size_t count = partition.islands.size();
@@ -156,7 +156,7 @@ void join_near(const World& world, Lists& lists) {
   }
 }
 
-/// Groups of islands that ask for several solvers.
+/// Finds the groups whose islands ask for several solvers.
 void find_mixed(Lists& lists) {
   lists.mixed.assign(lists.asked.size(), 0);
   for (std::uint32_t i = 0; i < lists.asked.size(); ++i)

@@ -1,6 +1,6 @@
 #pragma once
-/// What may touch is stepped by one solver: islands that come near one of another solver are taken
-/// over until they part.
+/// One solver steps bodies that may collide: islands near one of another solver are taken over
+/// until they separate.
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,7 +15,7 @@ struct World;
 
 namespace pantin::detail {
 
-/// An island that another solver steps than the one it asks for.
+/// An island that is stepped by another solver than the one it asks for.
 struct Takeover {
   Entity body;        // the first of the island
   SolverSettings by;  // those of the island that it can touch, or the solver's defaults
@@ -41,7 +41,7 @@ void take_over(World& world, Real h);
 
 /// One line for each island that is taken over: which, by which solver, and why.
 std::vector<std::string> takeover_lines(const World& world);
-/// One line for each island that asks for "auto" and holds what that does not know.
+/// One line for each island that asks for "auto" and has features that "auto" does not support.
 std::vector<std::string> lines_beyond_auto(const World& world);
 
 }  // namespace pantin::detail

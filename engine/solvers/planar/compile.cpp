@@ -278,7 +278,7 @@ void read_turns(const World& world, Planar& all) {
     const Turned now = split(at.rotation);
     if (at.position.z != f.height) f.height = at.position.z, all.scratch.has_sections = false;
     const Real gained = std::remainder(now.angle - f.turned, 2 * kPi);
-    // -q is the same rotation as q, half a turn apart.
+    // q and -q split at angles 2 pi apart: the remainder is the same.
     if (std::abs(gained) < kSameTurn) continue;
     f.turned += gained, f.tilt = now.tilt;
     all.scratch.has_sections = false;

@@ -1,4 +1,4 @@
-// Which laminas there are, and what goes on from before.
+// Lists the laminas, and carries over their state.
 #include <algorithm>
 #include <cmath>
 
@@ -45,7 +45,7 @@ void prepare(World& world) {
     const Lamina& lamina = laminas_of(world)[m.body];
     for (const Vec3 corner : lamina.outline) s.outline.push_back(flat(corner));
     s.fingers.reserve(lamina.fingers.size()), s.finger_of.reserve(lamina.fingers.size());
-    // A flat finger bears on two corners, a point at a reflex one on two edges.
+    // A flat finger may touch two corners, a pointed one two edges of a reflex corner.
     s.stepper.reserve(2 * lamina.fingers.size());
     s.stepper.doubt = modes::Doubt::stop;
   }

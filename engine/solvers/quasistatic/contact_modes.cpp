@@ -9,7 +9,7 @@
 namespace pantin::detail::quasistatic {
 namespace {
 
-constexpr Real kTouching = 1e-6;  // of the outline's extent, as where laminas are placed
+constexpr Real kTouching = 1e-6;  // of the outline's extent, as when laminas are placed
 constexpr int kStable = 1;        // see modes::index_of
 
 modes::Vec2 flat(Vec3 v) { return {v.x, v.y}; }
@@ -33,7 +33,7 @@ void add_tips(const World& world, const Lamina& lamina, Grip& grip) {
   }
 }
 
-/// What acts on it beside its fingers: its weight, and pushes that go on.
+/// The load besides its fingers: its weight, and active push events.
 modes::Part part_of(const World& world, Entity lamina, const Grip& grip) {
   const Body& b = world.bodies[lamina];
   Vec3 force = b.mass * b.gravity_scale * world.gravity;

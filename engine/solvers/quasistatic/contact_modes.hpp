@@ -6,7 +6,7 @@
 
 namespace pantin::detail::quasistatic {
 
-/// A lamina as it touches its fingers.
+/// A lamina in contact with its fingers.
 struct Grip {
   std::vector<modes::Contact> contacts;
   std::vector<Entity> fingers;  // of each contact
@@ -22,12 +22,13 @@ struct GripMode {
   bool is_stable = false;
 };
 
-/// As it stands; without contacts if there is no such lamina, or none can be told.
+/// The grip at the current poses; without contacts if there is no such lamina, or contacts cannot
+/// be determined.
 Grip grip_of(const World& world, Entity lamina);
-/// The modes that hold.
+/// The feasible modes.
 std::vector<GripMode> modes_of(const Grip& grip);
-/// The contacts and the mode of the last step, at the place where the lamina is now; false if
-/// dynamics moved it, or nothing did.
+/// The contacts and the mode of the last step, at the current pose of the lamina; false if it was
+/// moved by dynamics, or not at all.
 bool last_mode(const World& world, Entity lamina, Grip& grip, GripMode& mode);
 
 }  // namespace pantin::detail::quasistatic

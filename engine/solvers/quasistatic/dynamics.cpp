@@ -1,4 +1,4 @@
-// Where quasi-statics has no answer: the same lamina and fingers by the dynamics of the plane.
+// Planar dynamics of the same lamina and fingers, where the quasi-static method finds no motion.
 #include <algorithm>
 #include <cmath>
 
@@ -10,11 +10,11 @@ namespace pantin::detail::quasistatic {
 namespace {
 
 constexpr std::uint32_t kMostCorners = 8;  // of a piece, as Box2D has them
-constexpr Real kCalm = 0.1;                // s, before modes take over again
-constexpr Real kAlike = 0.1;               // of the fastest finger: two motions are the same
+constexpr Real kCalm = 0.1;                // s, of agreement before modes take over again
+constexpr Real kAlike = 0.1;               // of the fastest finger: motions that agree
 constexpr Real kNoise = 1e-3;              // of the speed of a fall through the outline's extent
 constexpr Real kPoint = 1e-3;              // of the extent: radius of a finger without a size
-constexpr Real kWidest = 1e12;             // m, m/s: beyond it nothing is a motion
+constexpr Real kWidest = 1e12;             // m, m/s: larger motions are failures
 
 Vec3 flat(Vec3 v) { return {v.x, v.y, 0}; }
 
@@ -52,7 +52,7 @@ planar::PlaneBody lamina_body(const World& world, const Island& m) {
   return p;
 }
 
-/// A finger slides by its coefficient of sliding, which of a pair is the root of the product.
+/// Uses the sliding coefficient; Box2D takes the square root of the product of both.
 planar::PlaneBody finger_body(const World& world, const LaminaFinger& f, const Clock& clock,
                               planar::Outline& o) {
   const Body& b = world.bodies[f.body];
@@ -95,7 +95,7 @@ void gather(const World& world, Island& m, const Clock& clock) {
   plane.unit = std::exp2(std::round(std::log2(size / 2)));
 }
 
-/// False, and nothing happens, if it is no motion.
+/// False, without changes, if the result is not finite.
 bool take_result(World& world, Island& m, Real h) {
   const planar::PlaneBody& p = m.scratch.plane.bodies[0];
   Body& b = world.bodies.values()[m.slot];
@@ -113,7 +113,7 @@ bool take_result(World& world, Island& m, Real h) {
   return true;
 }
 
-/// The fingers that bear, a bit each.
+/// The fingers in contact, one bit each.
 std::uint32_t touching(const Island& m) {
   std::uint32_t fingers = 0;
   for (const planar::PlaneContact& t : m.touches)
@@ -121,7 +121,7 @@ std::uint32_t touching(const Island& m) {
   return fingers;
 }
 
-/// Modes take over where one has moved as dynamics did for a while.
+/// Returns to modes once one has agreed with dynamics for long enough.
 void go_back(World& world, Island& m, const Clock& clock) {
   IslandScratch& s = m.scratch;
   Body& b = world.bodies.values()[m.slot];
@@ -157,7 +157,7 @@ void go_back(World& world, Island& m, const Clock& clock) {
 
 void step_dynamics(World& world, Island& m, const Clock& clock) {
   Body& b = world.bodies.values()[m.slot];
-  if (!has_planar_solver()) {  // it stands where the modes left it
+  if (!has_planar_solver()) {  // it stays where the modes left it
     b.velocity = b.angular_velocity = Vec3(0);
     return;
   }

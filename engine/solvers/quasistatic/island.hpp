@@ -1,5 +1,5 @@
 #pragma once
-/// What the quasi-static solver keeps of a World: an island is one lamina.
+/// State of the quasi-static solver in a World: an island is one lamina.
 #include <string_view>
 #include <vector>
 
@@ -12,11 +12,11 @@
 
 namespace pantin::detail::quasistatic {
 
-/// What moves a lamina.
+/// Which method moves a lamina.
 enum class Phase : std::uint8_t { modes, dynamics };
 constexpr Phase last_of(Phase) { return Phase::dynamics; }
 
-/// Why quasi-statics had no answer.
+/// Why the quasi-static method found no motion.
 enum class Why : std::uint8_t {
   none,
   squeezed,
@@ -36,8 +36,8 @@ const char* word_for(Why why);
 struct IslandScratch {
   modes::Stepper stepper;
   std::vector<modes::Vec2> outline;      // in the mass-centre frame
-  std::vector<modes::Finger> fingers;    // as of now, in the order of the component's
-  std::vector<std::uint32_t> finger_of;  // of each: its number in the component
+  std::vector<modes::Finger> fingers;    // current, in the order of the component's
+  std::vector<std::uint32_t> finger_of;  // by finger: its number in the component
   planar::Plane plane;
   Pose start;            // of the body, before the last step
   bool stepped = false;  // in the last step
@@ -52,10 +52,10 @@ struct Island {
   Real turned = 0;  // rad, whole turns counted
   Phase phase = Phase::modes;
   Why why = Why::none;                        // of the last change to dynamics
-  modes::Motion motion;                       // the mode that holds
+  modes::Motion motion;                       // the active mode
   std::vector<planar::PlaneContact> touches;  // of the last step of dynamics
-  Real calm = 0;                              // s: for how long a mode has moved as dynamics did
-  bool lost = false;                          // the last step came to no numbers
+  Real calm = 0;                              // s: how long a mode has agreed with dynamics
+  bool lost = false;                          // the last step gave numbers that are not finite
   Scratch<IslandScratch> scratch;
 
   static void fields(auto& self, auto&& field) {
@@ -94,18 +94,19 @@ struct Clock {
 
 void compile(World& world, std::span<const IslandPlan> plans);
 void prepare(World& world);
-/// Outline and load; what acts on it in this step.
+/// The outline, and the load on it in this step.
 modes::Part part_of(const World& world, const Island& m);
-/// Fills in the fingers as they are now; until when (s) they go on so.
+/// Fills in the current fingers; returns the time (s) until which their velocities are constant.
 Real find_fingers(const World& world, Island& m, const Clock& clock);
-/// The rest of the step by planar dynamics; goes back to modes where one moves alike for a while.
+/// Takes the rest of the step by planar dynamics; returns to modes once one agrees with it for long
+/// enough.
 void step_dynamics(World& world, Island& m, const Clock& clock);
 /// A step of the island.
 void step(World& world, Island& m, Real h);
 
 }  // namespace pantin::detail::quasistatic
 
-// What copies, hashes and saves them is compiled once, in row.cpp.
+// Copying, hashing and saving them is compiled once, in row.cpp.
 namespace pantin::detail {
 extern template quasistatic::Islands& Memories::create();
 extern template const quasistatic::Islands& Memories::none();

@@ -32,10 +32,10 @@ const char* fault(const World& world) {
   return nullptr;
 }
 
-/// Whether one has moved is seen by its velocity, as with other bodies that feel no contacts.
+/// A moving lamina shows by its velocity, as other bodies without contact resolution.
 bool asleep(const World&) { return true; }
 
-/// Laminas are obstacles that are at the end of the step already.
+/// Laminas are obstacles, already at the end of the step.
 void find_starts(const World& world, std::vector<contact::StartPose>& out) {
   for (const Island& m : islands_of(world)) {
     const Collision* collision = world.collisions.find(m.body);

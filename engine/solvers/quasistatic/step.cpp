@@ -1,4 +1,4 @@
-// A step of a lamina: by contact modes as far as they go, by dynamics from there on.
+// A step of a lamina: by contact modes as far as they are determined, then by dynamics.
 #include <algorithm>
 #include <cmath>
 
@@ -8,7 +8,7 @@
 namespace pantin::detail::quasistatic {
 namespace {
 
-constexpr Real kSameTurn = 1e-9;      // rad: the caller left the body as it was
+constexpr Real kSameTurn = 1e-9;      // rad: the caller did not rotate the body
 constexpr Real kLeastStretch = 1e-9;  // of a step
 
 Why why_of(const modes::StepEnd& end) {
@@ -42,7 +42,7 @@ void read_pose(const World& world, Island& m) {
   m.scratch.stepper.placed = {{pose.position.x, pose.position.y}, m.turned};
 }
 
-/// The body as the modes left it.
+/// Writes the body at the end of the modes.
 void write_body(World& world, Island& m) {
   const modes::Stepper& s = m.scratch.stepper;
   Body& b = world.bodies.values()[m.slot];
@@ -61,7 +61,7 @@ bool is_finite(const modes::Placement& p) {
   return std::isfinite(p.shift.x) && std::isfinite(p.shift.y) && std::isfinite(p.angle);
 }
 
-/// By modes, from one turn of a finger to the next. False where they have no answer.
+/// Steps by modes, from one waypoint of a finger to the next. False if no mode is determined.
 bool step_modes(World& world, Island& m, Clock& clock) {
   IslandScratch& s = m.scratch;
   PANTIN_ASSERT(m.phase == Phase::modes && !m.unfit);
@@ -77,7 +77,7 @@ bool step_modes(World& world, Island& m, Clock& clock) {
     end = s.stepper.step(part, s.fingers, stretch);
     s.switches += end.switches;
     clock.done += end.ending == modes::Ending::done ? stretch : end.time;
-    // Dynamics goes on from the last motion that was known.
+    // Dynamics starts from the last known motion.
     if (!s.stepper.motion.is_known && end.ending != modes::Ending::done) s.stepper.motion = last;
   }
   m.motion = s.stepper.motion;
