@@ -21,7 +21,7 @@ const BodyState& body_at(const Island& m, const Block& b, std::size_t place) {
   return m.scratch.body_states[b.body[m.places[b.first_place + place]]];
 }
 
-/// The places of a cable over guides and their motion.
+/// The points of a cable over guides and their motion.
 struct Path {
   PathPoint places[kMostPathPoints];
   std::size_t count = 0;

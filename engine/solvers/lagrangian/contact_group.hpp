@@ -70,17 +70,17 @@ struct PointPlace {
 /// tangents. A limit uses the first alone. Rolling friction is a point of its own, without a
 /// contact.
 struct ContactPoint : PointPlace {
-  Vec3 impulse{0};        // N s on a, total
-  Vec3 lasting{0};        // N s, part that acts at the end of the step
-  Vec3 borne{0};          // the same, as result of the step
-  Vec3 more{0};           // N s, change of the impulse at the displaced poses
-  Vec3 whole{0};          // N s, total of the substeps so far
-  Real least = 0;         // N s, lower bound of `lasting` along the normal: contacts may reduce
-                          // the impulse that a limit gave in the step
-  Vec3 shift{0};          // kg m: displacement impulse, not applied yet
-  Vec3 held{0};           // kg m, part of it due to `lasting` and overlaps
-  Real share = 0.5;       // fraction of the step over which `lasting` displaces
-  Vec3 best{0}, kept{0};  // N s: best iterates, of Newton's method and of all attempts
+  Vec3 impulse{0};          // N s on a, total
+  Vec3 lasting{0};          // N s, part that acts at the end of the step
+  Vec3 borne{0};            // the same, as result of the step
+  Vec3 more{0};             // N s, change of the impulse at the displaced poses
+  Vec3 whole{0};            // N s, total of the substeps so far
+  Real least = 0;           // N s, lower bound of `lasting` along the normal: contacts may reduce
+                            // the impulse that a limit gave in the step
+  Vec3 shift{0};            // kg m: displacement impulse, not applied yet
+  Vec3 held{0};             // kg m, part of it due to `lasting` and overlaps
+  Real share = 0.5;         // fraction of the step over which `lasting` displaces
+  Vec3 best{0}, kept{0};    // N s: best iterates, of Newton's method and of all attempts
   std::size_t unknown = 0;  // in the equations of its group
   bool works = true;        // the bodies respond to it
   bool closed = false;      // it is closed at the end of the step

@@ -369,7 +369,7 @@ inline bool is_one_sided(const Island& m, std::size_t block) {
 }
 /// Kinetic energy of the bodies of an island in this state, J.
 Real kinetic_energy(const Island& m, const Motions& s);
-/// Whether everything that the island is joined to is at rest.
+/// Whether all frames that the island is joined to are at rest.
 bool stands_on_rest(const Island& m);
 /// Removes from the kinetic energy what the projection added as potential energy, unless something
 /// else may have paid for it. `before`: kinetic energy before, J. False: there is too little, or a

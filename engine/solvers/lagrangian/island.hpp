@@ -151,7 +151,7 @@ struct Fault {
 /// Bodies with few blocks are eliminated first, which gives J M^-1 J^T of their blocks. Hubs,
 /// bodies with many blocks, remain as six unknowns each. Nodes are the blocks, then the hubs.
 struct KktPattern {
-  std::vector<std::uint32_t> order, place;   // node at each place; place of each node
+  std::vector<std::uint32_t> order, place;   // node at each position; position of each node
   std::vector<std::uint8_t> size;            // unknowns, by place
   std::vector<std::uint32_t> unknown;        // first of them, by place: rows, then hubs
   std::vector<std::uint32_t> diagonal;       // in `values`, by place
@@ -269,11 +269,10 @@ struct IntegratorScratch {
 /// Options for the evaluation of forces and projections.
 struct ForceScratch {
   bool springs_active = false;
-  Real forces_over =
-      0;            // s: spring pins, drives and soft stops act as at the end of a step of this
-                    // length; 0: as at the current state
-  Real time = 0;    // s, at which frames and drives are evaluated
-  Real opened = 0;  // residual before the last projection
+  Real forces_over = 0;  // s: spring pins, drives and soft stops act as at the end of a step of
+                         // this length; 0: as at the current state
+  Real time = 0;             // s, at which frames and drives are evaluated
+  Real opened = 0;           // residual before the last projection
   Real projection_work = 0;  // J, of scratch.force along the last projection of poses
   // Projections are part of the motion, not error corrections: they rotate angular velocities, too.
   bool projection_moves = false;

@@ -9,7 +9,7 @@ namespace pantin::detail::lagrangian {
 /// See PivotRule.
 inline Real pivot_size(Complex pivot, Real) { return magnitude_of(pivot); }
 
-/// Eliminates the node at a place of the order. Returns the number of dropped pivots.
+/// Eliminates the node at a position of the order. Returns the number of dropped pivots.
 template <int R, class T>
 int eliminate(const KktPattern& p, T* v, std::uint32_t at, const PivotRule& rule) {
   T* d = v + p.diagonal[at];
@@ -36,7 +36,7 @@ int eliminate(const KktPattern& p, T* v, std::uint32_t at, const PivotRule& rule
   return cut;
 }
 
-/// The same for a place of rows, by how many there are.
+/// The same for a node of rows, by their number.
 template <class T>
 int eliminate_rows(const KktPattern& p, T* v, std::uint32_t at, const PivotRule& rule) {
   const std::size_t n = p.size[at];

@@ -50,7 +50,7 @@ void note_entry(Island& m) {
     m.scratch.frame_starts[i] = {m.frames[i].before, m.frames[i].known};
 }
 
-/// One of the two links that a gear couples; `end` is the place of its bodies in Block::ends.
+/// One of the two links that a gear couples; `end` is the index of its bodies in Block::ends.
 struct GearSide {
   const Block& block;
   int end;

@@ -1,4 +1,4 @@
-// Contacts of surfaces: where they touch, and the rows of gap, rolling and spin. [Nelson & Cohen]
+// Surface joints: their contact points, and the rows of gap, rolling and spin. [Nelson & Cohen]
 //
 //   gap      J = [ n, r_a x n, -n, -(r_b x n) ]     gamma = -(n'.v + n.b)
 //   rolling  J = [ t, r_a x t, -t, -(r_b x t) ]     gamma = -(t'.v + t.b)    two tangents t

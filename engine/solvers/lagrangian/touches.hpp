@@ -38,8 +38,8 @@ struct SurfaceMemory {
   SurfaceCoordinates touch;
   bool known = false;                                      // `touch` is a tracked pair
   nurbs::ContactStatus how = nurbs::ContactStatus::found;  // otherwise the joint was released
-  Pose searched;        // a in b at the last search of all pairs
-  bool is_far = false;  // that search found no pair near
+  Pose searched;                                           // a in b at the last search of all pairs
+  bool is_far = false;                                     // that search found no pair near
   bool was_searched = false;
   bool is_least = true;  // the gap is a minimum there
   Real projected = 0;    // N: normal force from the projection of the last step

@@ -55,7 +55,7 @@ void pick_links(Builder& b) {
   for (std::uint32_t i = 0; i < b.world.links.size(); ++i) {
     const Link& link = b.world.links.values()[i];
     const std::uint32_t slot_a = b.world.bodies.slot(link.a), slot_b = b.world.bodies.slot(link.b);
-    if (slot_a == kNoSlot || slot_b == kNoSlot || slot_a == slot_b) continue;  // told elsewhere
+    if (slot_a == kNoSlot || slot_b == kNoSlot || slot_a == slot_b) continue;  // reported elsewhere
     if (!b.is_own(slot_a) && !b.is_own(slot_b)) continue;
     const auto pose = [&](std::uint32_t slot) { return b.world.bodies.values()[slot].pose; };
     std::string why = flat_fault(link.joint, pose(slot_a), pose(slot_b));
@@ -142,7 +142,7 @@ void pick_curves(Builder& b) {
     const SurfaceContact& c = b.world.surface_contacts.values()[i];
     const std::uint32_t slot_a = b.world.bodies.slot(c.a), slot_b = b.world.bodies.slot(c.b);
     if (slot_a == kNoSlot || slot_b == kNoSlot || slot_a == slot_b) continue;
-    if (!c.on_b.curve || (!b.is_own(slot_a) && !b.is_own(slot_b))) continue;  // told elsewhere
+    if (!c.on_b.curve || (!b.is_own(slot_a) && !b.is_own(slot_b))) continue;  // reported elsewhere
     const Entity owner = b.world.surface_contacts.owners()[i];
     if (const char* why = c.restored()) {
       b.leave_out(owner, why);

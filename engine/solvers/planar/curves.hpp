@@ -46,7 +46,7 @@ struct FlatCurve {
     std::shared_ptr<const nurbs::Wire> wire;
     std::shared_ptr<const nurbs::CurvePieces> pieces;
     // For the body's tilt when this was made, with the rounding of its rotation then: kept.
-    Vec3 arm{0};  // from the mass centre to the curve's origin, m, in the unrotated body
+    Vec3 arm{0};     // from the mass centre to the curve's origin, m, in the unrotated body
     Real angle = 0;  // rad, of the curve's axes there
 
     static void fields(auto& self, auto&& field) {

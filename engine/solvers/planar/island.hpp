@@ -140,7 +140,7 @@ struct Mechanism {
 
 /// Bodies at the end of a step, by number; the last one holds the targets of pins.
 struct Motions {
-  std::vector<Vec3> position, velocity;  // by x and y, and the angle or spin as z
+  std::vector<Vec3> position, velocity;  // x and y, with the angle or its rate as z
   std::vector<Vec3> inverse_mass;        // likewise
   std::vector<Real> gained;              // rad: the angle since the start of the step
   std::vector<Vec3> before, answer;      // scratch of an iteration

@@ -190,7 +190,7 @@ void predict(World& world, const StepTask& task) {
   all.scratch.stepped = true;
 }
 
-/// After a saved World was read.
+/// What is wrong with a saved World that was read, or null.
 const char* fault(const World& world) {
   const Planar& all = plane_of(world);
   for (const PlaneContact& t : all.touches)

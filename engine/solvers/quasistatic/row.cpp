@@ -13,7 +13,7 @@ void predict(World& world, const StepTask& task) {
   for_each_island(all.size(), task, [&](std::size_t i) { step(world, all[i], task.h); });
 }
 
-/// After a saved World was read.
+/// What is wrong with a saved World that was read, or null.
 const char* fault(const World& world) {
   for (const Island& m : islands_of(world)) {
     if (m.unfit) continue;
