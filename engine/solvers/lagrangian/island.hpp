@@ -269,8 +269,8 @@ struct IntegratorScratch {
 /// Options for the evaluation of forces and projections.
 struct ForceScratch {
   bool springs_active = false;
-  Real forces_over = 0;  // s: spring pins, drives and soft stops act as at the end of a step of
-                         // this length; 0: as at the current state
+  Real forces_over = 0;      // s: spring pins, drives and soft stops act as at the end of a step of
+                             // this length; 0: as at the current state
   Real time = 0;             // s, at which frames and drives are evaluated
   Real opened = 0;           // residual before the last projection
   Real projection_work = 0;  // J, of scratch.force along the last projection of poses
