@@ -1,5 +1,5 @@
-// Which bodies collide: those that solvers move, and what they may strike. What rests is kept in a
-// tree from step to step, so that sleeping bodies cost next to nothing.
+// Lists the bodies that collide: those that solvers move, and their obstacles. Bodies at rest stay
+// in a tree from step to step, so that sleeping bodies cost next to nothing.
 #include <algorithm>
 
 #include "engine/base/invariants.hpp"
@@ -11,12 +11,12 @@
 namespace pantin::detail::contact {
 namespace {
 
-/// What rests is listed anew when this many bodies, or this part of it, came to rest or left.
+/// The tree of resting bodies is rebuilt when this many of them, or one in kPart, came or left.
 constexpr std::size_t kFewChanges = 32, kPart = 4;
-/// m: what is farther away, or larger, is lost; squares of its numbers would not be finite.
+/// m: bodies that are farther away or larger are ignored, before their squares overflow.
 constexpr Real kFarthest = 1e12;
 
-/// Changes where what rests has to be listed anew.
+/// Changes whenever the tree of resting bodies has to be rebuilt.
 std::uint64_t versions_of(const World& world) {
   return 1 + world.edit_count + world.bodies.removed() + world.shapes.removed() +
          world.shapes.replaced() + world.collisions.removed() + world.collisions.replaced();
@@ -26,7 +26,7 @@ bool is_same(const Pose& a, const Pose& b) {
   return a.position == b.position && a.rotation == b.rotation;
 }
 
-/// Takes the shapes of a body that can collide.
+/// Calls `take(shape)` for each shape of a body that can collide.
 template <class Take>
 void each_shape(const Finder& s, std::uint32_t slot, const Shapes& shapes, const Take& take) {
   const Body& body = s.world.bodies.values()[slot];
@@ -69,7 +69,7 @@ void list_resting(const Finder& s, RestingColliders& r) {
   r.obstacles.tree.build(r.obstacles.boxes);
 }
 
-/// Bodies that were added since, or got shapes, or became solid, are unknown.
+/// Removes bodies from the known ones that were added, got shapes or became solid since.
 void note_added(const World& world, RestingColliders& r) {
   r.known.resize(world.bodies.size(), 0), r.poses.resize(world.bodies.size());
   const auto forget = [&](const auto& store, std::size_t& listed) {
@@ -105,7 +105,7 @@ void list_body(const Finder& s, Search& search, std::uint32_t slot) {
   search.colliders.push_back(collider), search.boxes.push_back(box.grown(reach));
 }
 
-/// Everything but what is known to rest. Returns how many bodies rest unknown.
+/// Lists all bodies that are not known to rest. Returns how many of them rest.
 std::size_t list_others(const Finder& s, Search& search) {
   RestingColliders& r = search.resting;
   search.shapes.clear(), search.colliders.clear(), search.boxes.clear();

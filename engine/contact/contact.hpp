@@ -15,7 +15,7 @@ struct World;
 
 /// One contact point of two bodies that touch or may touch within the step.
 struct Contact {
-  // In World::bodies; a is dynamic. Of bodies of two solvers, a is the one that adjusts later.
+  // Slots in World::bodies; a is dynamic. Of two solvers' bodies, a is the one that adjusts later.
   std::uint32_t slot_a = 0, slot_b = 0;
   std::uint64_t key = 0;        // identifies shapes and features; equal in the next step
   Vec3 point_a{0}, point_b{0};  // in the bodies' mass-centre frames, m
@@ -23,11 +23,11 @@ struct Contact {
   Real gap = 0;                 // m, at the start of the step; below 0: overlap
   Real friction = 0, restitution = 0;
   Real rolling = 0, spinning = 0;  // m
-  Vec3 surface_velocity{0};        // m/s, world: of a's surface on a, less that of b's on b
+  Vec3 surface_velocity{0};        // m/s, world: of a's surface minus that of b's surface
   // Results of the step:
   Vec3 lambda{0};         // multiplier on a, kg m, world
   Vec3 torque_lambda{0};  // of rolling and spinning friction, kg m^2
-  Real rest = 0;          // m, penetration that a soft contact has come to take up
+  Real rest = 0;          // m, spring offset that cancels the static compression of a soft contact
   bool active = false;    // exerts a force
   Vec3 force{0};          // N, on a, mean over the step
   Vec3 torque{0};         // N m, likewise, of rolling and spinning friction
@@ -56,11 +56,10 @@ struct Contact {
   }
 };
 
-/// Two bodies that come near each other: what a ContactFilter is asked about. `a` has the lower
-/// index.
+/// Two bodies that come near each other, passed to a ContactFilter. `a` has the lower index.
 struct ContactPair {
   Entity a, b;
-  // Of the nearest points: shapes in World::shapes, and how the bodies lie to each other.
+  // At the nearest points: shapes in World::shapes, and the geometry of the contact.
   std::uint32_t shape_a = 0, shape_b = 0;
   Vec3 point{0};         // world, m, on b
   Vec3 normal{0, 1, 0};  // unit, world, from b to a
@@ -88,20 +87,20 @@ struct SensorOverlap {
   }
 };
 
-/// What overlapped sensors at the end of the last step: each pair once, in the order of the
-/// sensors' and the bodies' indices.
+/// Sensor overlaps at the end of the last step: each pair once, ordered by the indices of the
+/// sensor and the body.
 const std::vector<SensorOverlap>& sensor_overlaps_of(const World& world);
 
 }  // namespace detail
 
-/// Contacts of the last step, sorted by bodies and key: of what is awake, and of what fell asleep
-/// in it.
+/// Contacts of the last step, sorted by bodies and key: of bodies that are awake, and of those that
+/// fell asleep in it.
 const std::vector<Contact>& contacts_of(const World& world);
 std::vector<Contact>& contacts_of(World& world);
-/// Those of what sleeps, likewise.
+/// Contacts between bodies at rest, sorted likewise.
 const std::vector<Contact>& resting_contacts_of(const World& world);
 
-/// Calls `each(contact)` for all of them, sorted.
+/// Calls `each(contact)` for all contacts of both lists, sorted.
 template <class Each>
 void each_contact(const World& world, const Each& each) {
   auto resting = resting_contacts_of(world).begin();

@@ -1,5 +1,5 @@
 #pragma once
-/// Axes of a contact: its normal, from b to a, and two across it.
+/// Axes of a contact: its normal, from b to a, and two tangents.
 #include <cmath>
 
 #include "engine/base/math.hpp"
@@ -13,12 +13,12 @@ inline void set_axes(Vec3 (&axes)[3], Vec3 normal) {
   axes[2] = glm::cross(normal, axes[1]);
 }
 
-/// A world vector along them.
+/// Components of a world vector along the axes.
 inline Vec3 along_axes(const Vec3 (&axes)[3], Vec3 v) {
   return {glm::dot(v, axes[0]), glm::dot(v, axes[1]), glm::dot(v, axes[2])};
 }
 
-/// A vector along them, in the world.
+/// The world vector with given components along the axes.
 inline Vec3 in_world(const Vec3 (&axes)[3], Vec3 v) {
   return v.x * axes[0] + v.y * axes[1] + v.z * axes[2];
 }

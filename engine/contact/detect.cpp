@@ -19,10 +19,10 @@ namespace {
 
 // Margin in addition to the reach, so that rounding loses no contact.
 constexpr Real kContactSlop = 1e-4;
-// Part of its distance from the mass centre by which a contact point may move and count as the
-// same.
+// Fraction of its distance from the mass centre by which a contact point may move and still count
+// as the same.
 constexpr Real kSamePoint = 0.15;
-// Reach of a body that stands while its surface runs, m: it does not count as resting.
+// Reach of a body at rest whose surface moves, m: it does not count as resting.
 constexpr Real kRunningReach = 1e-12;
 
 /// The solver of a body, as in kSolvers; UINT8_MAX: none.
@@ -31,16 +31,16 @@ std::uint8_t solver_of(const WayFinder& s, std::uint32_t slot) {
   return owner ? owner.solver : UINT8_MAX;
 }
 
-/// The row of solvers whose bodies others meet as obstacles.
+/// Index in kSolvers of the solver whose bodies are obstacles to all others.
 constexpr std::uint8_t kLaminas = 0;
 
-/// Whether two bodies belong to solvers of their own: to the one that adjusts later, the other is
-/// an obstacle that moves.
+/// Whether two bodies have different solvers. The solver that adjusts later treats the other's body
+/// as a moving obstacle.
 bool have_two_solvers(const WayFinder& s, std::uint32_t a, std::uint32_t b) {
   return solver_of(s, a) != solver_of(s, b);
 }
 
-/// Of two bodies that solvers move, whether `a` is the one whose contact it is.
+/// Of two bodies that solvers move, whether `a` owns the contact.
 bool is_first(const WayFinder& s, std::uint32_t a, std::uint32_t b) {
   return have_two_solvers(s, a, b) ? solver_of(s, a) > solver_of(s, b) : a < b;
 }
@@ -59,7 +59,8 @@ Memory& memory_of(const WayFinder& s) { return s.world.memory.of<Memory>(); }
 
 // ---- Pairs -------------------------------------------------------------------------------------
 
-/// Two bodies that solvers with contacts move are of one solver once they come near each other.
+/// False for bodies of different contact solvers: they join one solver once they come near each
+/// other.
 bool may_collide(const WayFinder& s, const Search& search, std::uint32_t a, std::uint32_t b) {
   const std::uint8_t one = solver_of(s, a), two = solver_of(s, b);
   const bool apart =
@@ -68,7 +69,7 @@ bool may_collide(const WayFinder& s, const Search& search, std::uint32_t a, std:
          !are_joined(search.joined, a, b) && !are_joined(search.ignored, a, b);
 }
 
-/// Of two bodies that solvers move.
+/// Whether two bodies that solvers move request contacts with each other.
 bool asked_for(const WayFinder& s, std::uint32_t slot_a, std::uint32_t slot_b) {
   const Collision &a = collision_of(s, slot_a), &b = collision_of(s, slot_b);
   if (have_two_solvers(s, slot_a, slot_b)) return true;
@@ -77,7 +78,7 @@ bool asked_for(const WayFinder& s, std::uint32_t slot_a, std::uint32_t slot_b) {
   return own ? a.self && b.self : a.others || b.others;
 }
 
-/// Pairs of colliders with overlapping bounds (broad phase), the one whose contact it is first.
+/// Lists pairs of colliders with overlapping bounds (broad phase), the owner of the contact first.
 void list_pairs(const WayFinder& s, Search& search) {
   search.pairs.clear();
   const bool two_solvers =
@@ -120,7 +121,7 @@ void list_material_pairs(const World& world, Search& search) {
             });
 }
 
-/// What the World says of two materials, or null.
+/// The World's entry for two materials, or null.
 const MaterialPair* find_pair(const Search& search, std::uint32_t a, std::uint32_t b) {
   if (search.material_pairs.empty()) return nullptr;
   const std::uint64_t both = body_pair(a, b);
@@ -130,14 +131,14 @@ const MaterialPair* find_pair(const Search& search, std::uint32_t a, std::uint32
   return at != search.material_pairs.end() && materials_of(*at) == both ? *at : nullptr;
 }
 
-/// m/s, world: how a body's surface moves on it.
+/// Velocity of a body's surface relative to the body, m/s, world axes.
 Vec3 surface_velocity(const World& world, std::uint32_t slot, const Collision& c) {
   if (c.surface_velocity == Vec3(0)) return Vec3(0);
   const Vec3 v = world.origin_pose(world.bodies.owners()[slot]).rotation * c.surface_velocity;
   return is_finite(v) ? v : Vec3(0);
 }
 
-/// What the surfaces of two bodies are to each other at a contact.
+/// Sets the friction, restitution and surface velocity of a contact.
 void set_surface(const WayFinder& s, Contact& c, const MaterialPair* given) {
   static const MaterialPair kNothingSaid;
   const Collision &a = collision_of(s, c.slot_a), &b = collision_of(s, c.slot_b);
@@ -151,8 +152,8 @@ void set_surface(const WayFinder& s, Contact& c, const MaterialPair* given) {
 }
 
 /// A body that may rotate far in one step moves its features away from their contact points. A ball
-/// inside the body is independent of rotation and gets a contact of its own. It rubs like the
-/// others, for it bears a part of the load.
+/// inside the body is independent of rotation and gets a contact of its own. That contact has
+/// friction as well, for it carries a part of the load.
 void add_core_contact(const WayFinder& s, Search& search, const ColliderShape& a,
                       const ColliderShape& b) {
   if (search.points.empty() || s.reach_of(a.slot) < a.extent || traits_of(a.shape->kind).is_round)
@@ -187,7 +188,7 @@ void collide_shapes(const WayFinder& s, Search& search, const ColliderShape& a,
   if (have_two_solvers(s, a.slot, b.slot)) add_core_contact(s, search, a, b);
 }
 
-/// A shape of a body that a solver moves, with obstacles of no solver.
+/// Collides a shape of a body that a solver moves with obstacles that have no solver.
 void collide_obstacles(const WayFinder& s, Search& search, const ColliderShape& a) {
   const auto collide_with = [&](const ColliderShape& b) {
     if (s.rests(a.slot) && s.rests(b.slot)) return;
@@ -198,7 +199,7 @@ void collide_obstacles(const WayFinder& s, Search& search, const ColliderShape& 
                               [&](std::uint32_t i) { collide_with(search.obstacles.shapes[i]); });
 }
 
-/// What is kept of a resting shape, as it is now. False where it is no longer there.
+/// Looks up the current shape of a resting collider. False if it no longer exists.
 bool look_up(const WayFinder& s, const Search& search, ColliderShape& at) {
   PANTIN_ASSERT(at.slot < search.resting.known.size());
   if (!search.resting.known[at.slot]) return false;
@@ -223,7 +224,7 @@ void each_resting(const WayFinder& s, Search& search, const Aabb& near, const Ta
       near, [&](std::uint32_t i) { give(search.resting.obstacles.shapes[i]); });
 }
 
-/// A shape of a body that a solver moves, with what rests.
+/// Collides a shape of a body that a solver moves with resting colliders.
 void collide_resting(const WayFinder& s, Search& search, const ColliderShape& a) {
   each_resting(s, search, a.box.grown(s.reach_if_struck(a.slot) + kContactSlop * a.extent),
                [&](const ColliderShape& b) {
@@ -235,7 +236,7 @@ void collide_resting(const WayFinder& s, Search& search, const ColliderShape& a)
                });
 }
 
-/// An obstacle that comes, with sleeping bodies.
+/// Collides a moving obstacle with sleeping bodies.
 void strike_resting(const WayFinder& s, Search& search, const ColliderShape& b) {
   if (s.rests(b.slot)) return;
   const bool bounded = !is_unbounded(b.shape->kind);
@@ -279,7 +280,7 @@ void find_points(const WayFinder& s, Search& search) {
 
 auto order(const Contact& c) { return std::tie(c.slot_a, c.slot_b, c.key); }
 
-/// Whether contacts are sorted, each of its key once.
+/// Whether contacts are sorted and keys are unique.
 [[maybe_unused]] bool are_in_order(const std::vector<Contact>& contacts) {
   return std::adjacent_find(contacts.begin(), contacts.end(),
                             [](const Contact& c, const Contact& d) {
@@ -287,15 +288,15 @@ auto order(const Contact& c) { return std::tie(c.slot_a, c.slot_b, c.key); }
                             }) == contacts.end();
 }
 
-/// What a contact had in the step before.
+/// Copies the warm start of a contact from the step before.
 void take_over(Contact& c, const Contact& was) {
   c.lambda = was.lambda, c.rest = was.rest;
   c.torque_lambda = was.torque_lambda;
 }
 
-/// Contacts [from, end) of a body with another: those that no earlier one had the key of take over
-/// from the nearest that is left, if that was soft. Corners and edges that clip each other change
-/// their numbers while nothing moves.
+/// Contacts [from, end) of one pair of bodies: matches old soft contacts whose key has vanished to
+/// the nearest new contact whose key is new. Corners and edges that clip each other change their
+/// numbers while nothing moves.
 void match_rest(Memory& memory, std::size_t from) {
   std::vector<Contact>& contacts = memory.contacts;
   PANTIN_ASSERT(from <= memory.contacts.size());
@@ -338,7 +339,8 @@ Contact contact_of(const WayFinder& s, const FoundPoint& f) {
   return c;
 }
 
-/// The points found, with the warm start of those they continue: Memory::contacts, in order.
+/// Stores the found points in Memory::contacts, in order, with the warm start of those they
+/// continue.
 void store_contacts(const WayFinder& s, Search& search) {
   Memory& memory = memory_of(s);
   std::vector<Contact>& contacts = memory.contacts;
@@ -377,7 +379,7 @@ void update_tree(AabbTree& tree, std::span<const Aabb> boxes) {
 
 namespace {
 
-/// Those of a step of h seconds; 0: as the bodies stand.
+/// Finds the contacts of a step of h seconds; 0: at the current poses.
 void search_contacts(World& world, std::span<const Real> reach, Real h,
                      const ContactFilter* filter) {
   Memory& memory = world.memory.of<Memory>();
@@ -389,7 +391,7 @@ void search_contacts(World& world, std::span<const Real> reach, Real h,
   }
   PANTIN_ASSERT(reach.size() >= world.bodies.size());
   const std::span<const Real> struck(h > 0 ? memory.scratch.struck : std::span<const Real>());
-  // What sleeps may have got another shape, or collide otherwise.
+  // A sleeping body may have got another shape or Collision.
   const std::uint64_t replaced = replacements(world);
   const bool keeps = std::exchange(memory.kept_for, replaced) == replaced;
   const WayFinder s{{world, partition_of(world), reach, keeps}, h, struck};
@@ -404,7 +406,8 @@ void search_contacts(World& world, std::span<const Real> reach, Real h,
   store_contacts(s, search);
 }
 
-/// How far what may strike a body within the step moves: what was near it in the step before.
+/// Bounds the displacement of bodies that may strike a body: those that were near it in the last
+/// step.
 void find_strikers(const World& world, DetectScratch& scratch) {
   scratch.struck.assign(world.bodies.size(), 0);
   const std::vector<Real>& reach = scratch.reach;
@@ -438,7 +441,8 @@ Pose pose_before(const Body& b, Real h) {
 }
 
 /// Kinematic bodies are at the end of the step already: for the search they return to its start,
-/// and their reach is the displacement over the step. So do those that a solver has moved.
+/// and their reach is the displacement over the step. Bodies that a solver has moved return as
+/// well.
 void detect(World& world, Real h, const ContactFilter* filter) {
   PANTIN_ASSERT(is_positive(h));
   DetectScratch& scratch = world.memory.of<Memory>().scratch;

@@ -16,7 +16,7 @@ namespace pantin::detail {
 
 namespace contact {
 
-/// The reach of a body that sleeps.
+/// The reach that marks a sleeping body.
 inline constexpr Real kAtRest = -1;
 
 /// Fills contacts_of(world) from the poses as they stand: all points where two bodies may come into
@@ -43,20 +43,20 @@ void sense(World& world);
 /// Distance of the farthest point of a body's shapes from its mass centre, m.
 Real extent_of(const Shapes& shapes);
 
-/// One of the two bodies of a contact, and how it stands, from its axes to the world's.
+/// One of the two bodies of a contact, and its rotation from body axes to world axes.
 struct BodyOfContact {
   enum class Side : std::uint8_t { a, b } side;
   Quat rotation;
 };
 
-/// Where a body is touched however it turns: the sum of a point of the body, the farthest point of
-/// a circle about an axis of the body along the outward normal, and a radius along that.
+/// Contact point of a body as a function of its rotation: the sum of a body point, the farthest
+/// point of a circle about a body axis along the outward normal, and a radius along that normal.
 struct TouchedPlace {
   Vec3 core{0};                 // m, body frame
   Vec3 axis{0};                 // unit, body frame
   Real circle = 0, radius = 0;  // m
 
-  /// From the mass centre, world.
+  /// m, from the mass centre, world axes.
   Vec3 at(Quat rotation, Vec3 outward) const {
     Vec3 place = rotation * core + radius * outward;
     if (circle == 0) return place;
@@ -65,7 +65,7 @@ struct TouchedPlace {
     const Real length = glm::length(across);
     return length > 0 ? place + circle / length * across : place;
   }
-  /// How fast the farthest point of the circle goes around the normal while the body turns, rad/s.
+  /// Angular rate of the circle's farthest point about the normal while the body rotates, rad/s.
   Real rate_around(Quat rotation, Vec3 spin, Vec3 normal) const;
   /// Whether this is a point of the body on the circle of `rim`.
   bool lies_on(const TouchedPlace& rim) const;
@@ -75,7 +75,7 @@ TouchedPlace touched_place(const World& world, const Contact& contact, const Bod
 /// Whether a body without a solver moves (a kinematic body).
 bool moves(const Body& b);
 
-/// Where a kinematic body, which is at the end of the step already, was `h` seconds before.
+/// The pose, `h` seconds before, of a kinematic body that is at the end of the step already.
 Pose pose_before(const Body& b, Real h);
 
 }  // namespace contact

@@ -1,5 +1,5 @@
 #pragma once
-/// What crosses islands and is kept from step to step: contacts.
+/// Contacts: state shared by islands and kept from step to step.
 #include <cstdint>
 #include <string_view>
 #include <tuple>
@@ -15,20 +15,21 @@
 
 namespace pantin::detail::contact {
 
-/// A body that the update stage has moved to the end of the step already, and where it started.
+/// A body that the update stage has already moved to the end of the step, and its pose at the
+/// start.
 struct StartPose {
   std::uint32_t slot = 0;
   Pose pose;
 };
 
-/// What decides who collides with whom, of a Collision.
+/// The fields of a Collision that decide which bodies collide.
 struct CollisionFilter {
   std::uint32_t groups = 0, with = 0;
   bool sensor = false;
   bool operator==(const CollisionFilter&) const = default;
 };
 
-/// Whether contacts follow one another by bodies and key.
+/// Whether c comes before d in the order of bodies and keys.
 inline bool are_ordered(const Contact& c, const Contact& d) {
   return std::tie(c.slot_a, c.slot_b, c.key) < std::tie(d.slot_a, d.slot_b, d.key);
 }
@@ -36,27 +37,27 @@ inline bool are_ordered(const Contact& c, const Contact& d) {
 /// Scratch memory of contact detection; not part of the state.
 struct DetectScratch {
   std::vector<Real> reach;   // m, by body slot: how far its surface may move in the step
-  std::vector<Real> struck;  // m, by body slot: how far what may strike it moves in the step
+  std::vector<Real> struck;  // m, by body slot: largest displacement of its possible strikers
   std::vector<Pose> ends;    // poses of kinematic bodies at the end of the step
   std::vector<StartPose> starts;
-  std::vector<std::uint8_t> has_fallen;  // by body slot: weight has acted on its velocity
+  std::vector<std::uint8_t> has_fallen;  // by body slot: gravity has acted on its velocity
   std::vector<Contact> before, woken, fallen;
-  std::uint64_t rest_version = 0;        // Partition::rest_version when those at rest were parted
-  std::vector<std::uint8_t> still;       // as Partition::kinematic: whether it rested then
-  std::vector<CollisionFilter> filters;  // by slot in World::collisions, as they were then
-  int resting_active = 0;                // of Memory::resting
-  Real resting_depth = 0;                // m, the deepest of them
+  std::uint64_t rest_version = 0;        // Partition::rest_version at the last update of `resting`
+  std::vector<std::uint8_t> still;       // parallel to Partition::kinematic: whether it was at rest
+  std::vector<CollisionFilter> filters;  // by slot in World::collisions, at the last comparison
+  int resting_active = 0;                // active contacts in Memory::resting
+  Real resting_depth = 0;                // m, the largest depth in Memory::resting
   bool stale = false;                    // bodies were renumbered: contacts are detected again
   Search search;
 };
 
-/// State between islands.
+/// State shared by islands.
 struct Memory {
   static constexpr std::string_view name = "contact";  // in saved Worlds
   std::vector<Contact> contacts;                       // see contacts_of(), resting_contacts_of()
   std::vector<Contact> resting;
-  std::uint64_t kept_for = 0;           // replacements() when they were looked at
-  std::vector<SensorOverlap> overlaps;  // at its end
+  std::uint64_t kept_for = 0;           // replacements() at the last detection
+  std::vector<SensorOverlap> overlaps;  // at the end of the last step
   NearPairs near;                       // of the last step
   Scratch<DetectScratch> scratch;
 
@@ -77,7 +78,7 @@ inline bool feels_contacts(const Partition& partition, std::uint32_t slot) {
 
 }  // namespace pantin::detail::contact
 
-// What copies, hashes and saves them is compiled once, in sense.cpp.
+// Code that copies, hashes and saves them is instantiated once, in sense.cpp.
 namespace pantin::detail {
 extern template contact::Memory& Memories::create();
 extern template const contact::Memory& Memories::none();

@@ -14,9 +14,9 @@
 namespace pantin::detail::contact {
 namespace {
 
-/// Cosine, to either side of a right angle, up to which a body comes from the side.
+/// Cosine of the angle to the solid side; up to this a body approaches from the side.
 constexpr Real kFromTheSide = 0.02;
-/// Of its height: so much lower than the top a body may be that stands there.
+/// Fraction of a body's height by which it may be below the top and still stand there.
 constexpr Real kSunk = 0.05;
 
 }  // namespace
@@ -59,7 +59,7 @@ bool is_let_pass(const Approach& from) {
 
 namespace {
 
-/// Takes a unit vector to y.
+/// Rotation that maps a unit vector to y.
 Quat to_y_from(Vec3 way) {
   const Vec3 across = glm::cross(way, Vec3(0, 1, 0));
   const Real sine = glm::length(across);
@@ -67,7 +67,7 @@ Quat to_y_from(Vec3 way) {
   return from_rotation_vector(std::atan2(sine, way.y) / sine * across);
 }
 
-/// From where to where a shape of a body is along a direction, m.
+/// Extent of a shape of a body along the direction that `to_y` maps to y, m.
 Aabb extent_along(const World& world, std::uint32_t slot, std::uint64_t shape, const Quat& to_y) {
   const Entity e = world.bodies.owners()[slot];
   PANTIN_ASSERT(shape < world.shapes[e].list.size());
@@ -76,7 +76,7 @@ Aabb extent_along(const World& world, std::uint32_t slot, std::uint64_t shape, c
   return bounds_of(s, compose(Pose{Vec3(0), to_y}, at));
 }
 
-/// One of the two bodies of a point, and what is its own there.
+/// One of the two bodies at a contact point, and its outward normal there.
 struct Side {
   std::uint32_t slot, shape;
   Vec3 outwards;
@@ -104,7 +104,7 @@ ContactPair pair_of(const World& world, const FoundPoint& f) {
   return p;
 }
 
-/// Whether two bodies collide, by the points of theirs that are near.
+/// Whether two bodies collide, given their near points.
 bool collide(const Finder& s, const Search& search, std::span<const std::uint32_t> points,
              const ContactFilter* filter) {
   PANTIN_ASSERT(!points.empty());

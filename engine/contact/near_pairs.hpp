@@ -1,6 +1,6 @@
 #pragma once
-/// Which bodies that are near each other collide: what a user's filter answered, and who passes a
-/// one-way surface. Kept while a pair stays near.
+/// Which near bodies collide: the answers of a user's filter, and passages through one-way
+/// surfaces. Kept while a pair stays near.
 #include <algorithm>
 #include <cstdint>
 #include <span>
@@ -17,9 +17,9 @@ namespace pantin::detail::contact {
 
 struct NearPair {
   Entity a, b;           // a has the lower index
-  bool asked = false;    // the filter was
-  bool refused = false;  // by it
-  bool passes = false;   // one the one-way surface of the other, until they are apart
+  bool asked = false;    // the filter was called
+  bool refused = false;  // by the filter
+  bool passes = false;   // through a one-way surface, until the bodies are apart
   bool seen = false;     // in this step
 
   bool collides() const { return !refused && !passes; }
@@ -34,42 +34,42 @@ struct NearPair {
   }
 };
 
-/// Those of a World, or of a plane of it. Empty, and of no cost, where there is neither a filter
-/// nor a one-way surface.
+/// Near pairs of a World, or of a plane of it. Empty, at no cost, if there is neither a filter nor
+/// a one-way surface.
 struct NearPairs {
   std::vector<NearPair> list;  // sorted by the indices of the entities
 
   static void fields(auto& self, auto&& field) { field("list", self.list); }
 
-  /// A step begins: none has been seen in it.
+  /// Begins a step: no pair has been seen in it.
   void begin();
-  /// The entry of a pair that is near; the filter is asked about a new one.
+  /// The entry of a near pair; a new one is passed to the filter.
   NearPair& at(const ContactPair& pair, const ContactFilter* filter);
-  /// Forgets those that were not seen, except what `stays`.
+  /// Removes the pairs that were not seen, except those for which `stays(pair)` is true.
   template <class Stays>
   void end(const Stays& stays) {
     std::erase_if(list, [&](const NearPair& p) { return !p.seen && !stays(p); });
   }
 };
 
-/// Whether anybody asks for them.
+/// Whether the World needs near pairs.
 bool has_near_pairs(const World& world, const ContactFilter* filter);
 
 /// Bodies that ignore each other for a time (pairs of slots) pass a one-way surface, wherever they
-/// are when that time is over.
+/// are when that time ends.
 void add_ignored(const World& world, std::span<const std::uint64_t> ignored, NearPairs& near);
 
-/// Where a body is solid, world axes; zero: on all sides.
+/// Direction of a body's solid side, world axes; zero: solid on all sides.
 Vec3 one_way(const World& world, Entity body);
 
-/// How a body lies to a one-way surface where they come near.
+/// How a body approaches a one-way surface.
 struct Approach {
   Real facing = 0;         // cosine between the outward normal there and the solid side
-  Real low = 0, high = 0;  // m: from where to where the body is, along the solid side
-  Real top = 0;            // m: to where the surface is
+  Real low = 0, high = 0;  // m: extent of the body along the solid side
+  Real top = 0;            // m: top of the surface along the solid side
 };
-/// Whether the surface lets it pass. What comes from the side stands on it already if it is no
-/// lower than the top: it goes from one platform to the next.
+/// Whether the surface lets it pass. A body from the side counts as standing on the surface if it
+/// is no lower than the top: it moves from one platform to the next.
 bool is_let_pass(const Approach& from);
 
 }  // namespace pantin::detail::contact

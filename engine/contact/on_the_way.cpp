@@ -1,4 +1,4 @@
-// Shapes that meet within the step touch where they meet, not where they are nearest at its start.
+// Shapes that meet within the step touch where they meet, not where they are closest at its start.
 #include "engine/contact/on_the_way.hpp"
 
 #include <algorithm>
@@ -11,21 +11,23 @@
 namespace pantin::detail::contact {
 namespace {
 
-/// m: what would go further in a step is lost at its end.
+/// m: a body that moves farther within a step has diverged.
 constexpr Real kFarthest = 1e12;
-/// Of the smaller shape: bodies so near touch; a way so short turns no normal to speak of.
+/// Fractions of the smaller shape: distance at which shapes touch; displacement too short to change
+/// the normal noticeably.
 constexpr Real kTouching = 1e-4, kShortWay = 1e-4;
 constexpr int kMostAdvances = 10;
-/// Of the smaller shape: what is so near along a normal slides along it; what closes by less rests.
+/// Fractions of the smaller shape: distance from a plane within which a body slides along it;
+/// approach per step below which it rests.
 constexpr Real kGrazes = 5e-4, kRests = 1e-6;
-/// Steps: what meets so soon is asked whether it passes by, and where it is looked for then.
+/// In steps: shapes that would meet sooner are tested for passing each other; time of that test.
 constexpr Real kSoon = 1.2, kAhead = 1.37;
-/// Cosine between two normals that are not of one place.
+/// Cosine between two normals, below which they belong to different features.
 constexpr Real kOther = 0.9;
 
 bool is_convex(const Shape& s) { return traits_of(s.kind).shape_class == ShapeClass::convex; }
 
-/// A shape on its way through the step, as its body's velocity and spin have it.
+/// A shape that moves through the step with its body's velocity and angular velocity.
 class Moving {
  public:
   Moving(const WayFinder& s, const ColliderShape& at)
@@ -34,8 +36,8 @@ class Moving {
     if (!s.is_moved(at.slot) && !moves(b)) return;
     velocity_ = b.velocity, spin_ = b.angular_velocity;
   }
-  /// Takes back the speed that its weight has given it in this step already, if its solver moves
-  /// first: what bears it will.
+  /// Removes the speed that gravity has already added in this step, if the body's solver moves
+  /// first: the support of the body will cancel it.
   void forget_fall(const WayFinder& s) {
     const std::vector<std::uint8_t>& fallen = s.world.memory.of<Memory>().scratch.has_fallen;
     if (at_.slot < fallen.size() && fallen[at_.slot])
@@ -49,8 +51,8 @@ class Moving {
   Vec3 speed_at(Vec3 point, Real t) const {
     return velocity_ + glm::cross(spin_, point - from_.position - t * velocity_);
   }
-  /// Where a point that is touched after a time is at the start: what is round is touched there on
-  /// the same side, what has corners with the same one.
+  /// Where the contact point of time t is at the start. A rounded shape is touched on the same side
+  /// there, a shape with corners at the same corner.
   Vec3 at_start(Vec3 point, Vec3 outward, Real t) const {
     const Pose then = shape_after(t);
     const Quat back = glm::conjugate(then.rotation);
@@ -73,13 +75,13 @@ const ContactPoint& nearest_of(const std::vector<ContactPoint>& points) {
       [](const ContactPoint& p, const ContactPoint& q) { return p.gap < q.gap; });
 }
 
-/// Two shapes on their way, and the points between them.
+/// Two moving shapes and the points between them.
 struct Meeting {
   Moving a, b;
-  Real size, margin;  // m: of the smaller one; how near points are looked for
+  Real size, margin;  // m: of the smaller shape; search distance of points
   Search& search;
 
-  /// How fast a point closes, m/s.
+  /// Closing speed at a point, m/s.
   Real closing(const ContactPoint& p, Real t) const {
     return -glm::dot(p.normal, a.speed_at(p.on_a, t) - b.speed_at(p.on_b, t));
   }
@@ -88,8 +90,8 @@ struct Meeting {
     const Pose there_a = a.shape_after(time), there_b = b.shape_after(time);
     collide({a.shape(), there_a}, {b.shape(), there_b}, search.scratch, {margin, search.points});
   }
-  /// As the points would be at the start with the normals of a time. False: one of them overlaps
-  /// deeper than `most` there.
+  /// Maps the points of a time back to the start and keeps their normals. False if one of them
+  /// overlaps deeper than `most` there.
   bool take_back(Real time, Real most) {
     bool is_between = true;
     for (ContactPoint& p : search.points) {
@@ -101,9 +103,10 @@ struct Meeting {
   }
 };
 
-/// Whether another normal than that at the start is between two bodies then and somewhat after the
-/// end of the step, so all the way, and they slide along it: what slides over a seam does not meet
-/// the side of the next tile. The points are then those with that normal, else undefined.
+/// Whether the bodies slide past each other along a normal that differs from the one at the start.
+/// Such a normal separates them at the start and somewhat after the end of the step, so during all
+/// of it. A body that slides over a seam then does not collide with the side of the next tile. If
+/// true, the points are those with that normal; otherwise they are undefined.
 bool passes_by(Meeting m, Real h, Vec3 at_start) {
   PANTIN_ASSERT(is_unit(at_start));
   const Real near = kGrazes * m.size;
@@ -114,8 +117,8 @@ bool passes_by(Meeting m, Real h, Vec3 at_start) {
   return m.take_back(kAhead * h, near) && nearest_of(m.search.points).gap <= near;
 }
 
-/// Whether the points of two that would soon meet are now those along which they slide; else they
-/// are as they were.
+/// If two shapes that would soon meet slide past each other, replaces their points by those along
+/// which they slide; otherwise leaves the points as they were.
 bool slides_past(const WayFinder& s, Meeting m) {
   m.a.forget_fall(s), m.b.forget_fall(s);
   const ContactPoint first = nearest_of(m.search.points);
@@ -138,7 +141,7 @@ void follow_way(const WayFinder& s, Search& search, const ColliderShape& on_a,
   const Real margin = s.reach_of(on_a.slot) + s.reach_of(on_b.slot) + kTouching * size;
   if (!(margin < kFarthest)) return;
   Meeting m{Moving(s, on_a), Moving(s, on_b), size, margin, search};
-  // Of what contacts move on both sides, ways are not known so well.
+  // If contacts move both bodies, their paths are too uncertain for this test.
   const bool asks = !s.is_moved(on_a.slot) || !s.is_moved(on_b.slot);
   if (asks && slides_past(s, m)) return;
   Real t = 0;
@@ -148,7 +151,7 @@ void follow_way(const WayFinder& s, Search& search, const ColliderShape& on_a,
     if (!(p.gap > kTouching * size) || !(closing * (s.h - t) > p.gap)) break;
     const Real speed = glm::length(m.a.speed_at(p.on_a, t) - m.b.speed_at(p.on_b, t));
     if (n == 0 && !(speed * p.gap > kShortWay * size * closing)) return;
-    t += p.gap / closing;  // no sooner: a plane is between them until then
+    t += p.gap / closing;  // conservative: a plane separates them until then
     m.find_at(t);
   }
   if (t > 0 && !m.take_back(t, 0)) m.find_at(0);

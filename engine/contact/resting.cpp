@@ -7,7 +7,7 @@
 namespace pantin::detail::contact {
 namespace {
 
-/// Whether each body that no solver moves rests, or moves, as it did the last time.
+/// Whether each body that no solver moves rests or moves as at the last call.
 bool note_obstacles(const WayFinder& s, DetectScratch& scratch) {
   const std::vector<std::uint32_t>& slots = s.partition.kinematic;
   bool same = scratch.still.size() == slots.size();
@@ -47,7 +47,7 @@ void merge_into(std::vector<Contact>& to, const std::vector<Contact>& from) {
 void part_resting(const WayFinder& s, Memory& memory) {
   DetectScratch& scratch = memory.scratch;
   const bool same = note_obstacles(s, scratch);
-  const bool is_step = s.h > 0;  // otherwise a caller says what rests
+  const bool is_step = s.h > 0;  // otherwise the caller's reach says which bodies rest
   if (same && is_step && s.keeps && scratch.rest_version == s.partition.rest_version) return;
   scratch.rest_version = s.keeps ? s.partition.rest_version : 0;
   const auto rests = [&](const Contact& c) {

@@ -1,24 +1,25 @@
 #pragma once
-/// Contacts between bodies at rest: no step looks at them until one of the two rests no longer.
+/// Contacts between bodies at rest: unchanged until one of the two bodies moves or wakes.
 #include "engine/contact/memory.hpp"
 #include "engine/contact/on_the_way.hpp"
 
 namespace pantin::detail::contact {
 
-/// How often shapes and Collisions took the place of others: what sleeps is looked at again then.
+/// How often Shapes and Collisions were replaced: contacts of sleeping bodies are detected again
+/// then.
 inline std::uint64_t replacements(const World& world) {
   return world.shapes.replaced() + world.collisions.replaced();
 }
 
 /// Moves contacts of two bodies at rest from DetectScratch::before to Memory::resting, where they
-/// bear what they bore last, and those of bodies that rest no longer back.
+/// keep their last impulse, and moves contacts of bodies no longer at rest back.
 void part_resting(const WayFinder& finder, Memory& memory);
 
-/// Brings DetectScratch::resting_active and resting_depth up to date.
+/// Updates DetectScratch::resting_active and resting_depth.
 void sum_up_resting(Memory& memory);
 
-/// Moves the contacts that `leaves(contact)` names from one list to the other, in order; what that
-/// held is gone.
+/// Moves the contacts for which `leaves(contact)` is true from one list to the other, in order. The
+/// previous content of `to` is lost.
 template <class Leaves>
 void move_those(std::vector<Contact>& from, std::vector<Contact>& to, const Leaves& leaves) {
   to.clear();
@@ -31,10 +32,10 @@ void move_those(std::vector<Contact>& from, std::vector<Contact>& to, const Leav
   }
   from.resize(kept);
 }
-/// Puts contacts into a list in order.
+/// Merges sorted contacts into a sorted list.
 void merge_into(std::vector<Contact>& to, const std::vector<Contact>& from);
 
-/// Moves those contacts of Memory::resting that `wakes(contact)` names to Memory::contacts.
+/// Moves the contacts of Memory::resting for which `wakes(contact)` is true to Memory::contacts.
 template <class Wakes>
 void release_resting(Memory& memory, const Wakes& wakes) {
   move_those(memory.resting, memory.scratch.woken, wakes);
@@ -43,7 +44,7 @@ void release_resting(Memory& memory, const Wakes& wakes) {
   sum_up_resting(memory);
 }
 
-/// Whether who collides with whom has changed since the last call.
+/// Whether any CollisionFilter has changed since the last call.
 bool note_collisions(World& world);
 
 }  // namespace pantin::detail::contact

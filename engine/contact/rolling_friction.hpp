@@ -1,10 +1,10 @@
 #pragma once
-/// Rolling and spinning friction: what touches over a patch resists turning about the contact.
+/// Rolling and spinning friction: a contact over a patch resists rotation about the contact.
 ///
 /// A torque across the normal, of at most a length times the normal force, opposes rolling; one
-/// along the normal opposes spinning. All points of two bodies share one: nothing would tell the
-/// torques of each apart. Both are implicit, like Coulomb's cone: what they can stop stands, and
-/// nothing turns back.
+/// along the normal opposes spinning. All points of two bodies share one torque, since the torques
+/// of single points would be indeterminate. Both are implicit, like Coulomb's cone: they may stop a
+/// rotation but never reverse it.
 #include <algorithm>
 #include <cmath>
 
@@ -12,7 +12,7 @@
 
 namespace pantin::detail::contact {
 
-/// The most torque over the normal force of a contact point, m.
+/// Largest torque per normal force of a contact point, m.
 struct RollingLengths {
   Real spinning = 0, rolling = 0;
   bool any() const { return spinning > 0 || rolling > 0; }
@@ -20,7 +20,7 @@ struct RollingLengths {
 
 inline RollingLengths rolling_lengths(const Contact& c) { return {c.spinning, c.rolling}; }
 
-/// The most torque along the normal, and across it, N m; or of impulses, N m s.
+/// Largest torque along the normal and across it, N m; for impulses, N m s.
 struct RollingBounds {
   Real spinning = 0, rolling = 0;
 

@@ -38,25 +38,25 @@ inline bool is_core(std::uint64_t key) { return (key & kFeatures) == kCore; }
 /// One shape of a collider at its pose in the world.
 struct ColliderShape {
   Pose pose;
-  Aabb box;                      // as it stands
+  Aabb box;                      // world bounds at that pose
   Real extent = 0;               // m, half its diagonal
   std::uint32_t slot = 0;        // of the body
   std::uint32_t index = 0;       // among the body's shapes
   const Shape* shape = nullptr;  // only within the step in which it was looked up
 };
 
-/// Finds box and extent of a shape at its pose. False where numbers are none or too large to reckon
-/// with: it touches nothing. Diverged bodies are reported by their solvers.
+/// Computes the box and extent of a shape at its pose. False if its numbers are not finite or too
+/// large: such a shape touches nothing. Solvers report bodies that diverged.
 bool bound_shape(ColliderShape& at);
 
 /// A collider that moves or may be moved: one body of a solver with its shapes.
 struct Collider {
-  std::uint32_t slot = 0, first = 0, count = 0;  // its shapes
+  std::uint32_t slot = 0, first = 0, count = 0;  // range in Search::shapes
   const Collision* collision = nullptr;
   bool rests = false;
 };
 
-/// Shapes that are collided with, as a tree where they are bounded.
+/// Shapes of obstacles; the bounded ones form a tree.
 struct Obstacles {
   std::vector<ColliderShape> shapes, unbounded;
   std::vector<Aabb> boxes;  // of `shapes`
@@ -65,14 +65,14 @@ struct Obstacles {
   void clear() { shapes.clear(), unbounded.clear(), boxes.clear(); }
 };
 
-/// Colliders at rest: fixed bodies and sleeping ones. Made anew when much of it has changed; in
-/// between, bodies that no longer rest are passed over.
+/// Colliders at rest: fixed bodies and sleeping ones. Rebuilt when much has changed; in between,
+/// bodies that no longer rest are skipped.
 struct RestingColliders {
-  std::vector<std::uint8_t> known;  // by slot: is here, or has nothing to collide
+  std::vector<std::uint8_t> known;  // by slot: is listed, or has nothing to collide
   std::vector<Pose> poses;          // by slot, of those
   Obstacles obstacles;
   std::uint64_t built_for = 0;             // versions of the components
-  std::size_t collisions = 0, shapes = 0;  // components that were looked at
+  std::size_t collisions = 0, shapes = 0;  // components that were processed
   std::size_t count = 0, lost = 0;
 };
 
@@ -84,10 +84,10 @@ struct FoundPoint {
   ContactPoint at;
 };
 
-/// Not part of the state: an empty one finds the same contacts.
+/// Not part of the state: an empty Search finds the same contacts.
 struct Search {
   RestingColliders resting;
-  Obstacles obstacles;                // of no solver, not at rest
+  Obstacles obstacles;                // no solver owns them, not at rest
   std::vector<ColliderShape> shapes;  // of the colliders
   std::vector<Collider> colliders;    // by slot
   std::vector<Aabb> boxes;            // of the colliders
@@ -95,12 +95,12 @@ struct Search {
   std::vector<std::uint64_t> joined;  // see engine/world/joined.hpp
   std::uint64_t joined_for = 0;
   std::vector<std::uint64_t> ignored;               // likewise
-  std::vector<std::uint64_t> pairs;                 // of colliders, lower slot first
+  std::vector<std::uint64_t> pairs;                 // of colliders, the contact's owner first
   std::vector<const MaterialPair*> material_pairs;  // of the World, sorted by their materials
   std::vector<FoundPoint> found;
   std::vector<std::uint32_t> order;    // of those
   std::vector<ContactPoint> points;    // of one pair
-  std::vector<ContactPoint> at_start;  // of them, as the bodies stand
+  std::vector<ContactPoint> at_start;  // `points` at the start of the step
   NarrowPhaseScratch scratch;
   // Sensors: how many there are, their shapes, those without bounds, those with.
   std::size_t sensors = 0;
@@ -110,19 +110,19 @@ struct Search {
   AabbTree sensor_tree;
 };
 
-/// Brings Search::joined up to date.
+/// Updates Search::joined.
 void list_joined(const World& world, Search& search);
 /// Updates a tree: refits it, or rebuilds it when it has become loose.
 void update_tree(AabbTree& tree, std::span<const Aabb> boxes);
 
-/// What a search goes by.
+/// Input of a contact search.
 struct Finder {
   World& world;
   const Partition& partition;
   std::span<const Real> reach;  // by slot, see find_contacts
-  bool keeps = true;            // contacts between bodies at rest are as they were
+  bool keeps = true;            // contacts between bodies at rest are kept
 
-  /// m, by which the body's surface may move in the step.
+  /// Bound of the displacement of the body's surface in the step, m.
   Real reach_of(std::uint32_t slot) const;
   /// Whether the body cannot move in the step, unless something strikes it.
   bool rests(std::uint32_t slot) const;
@@ -130,11 +130,11 @@ struct Finder {
   bool is_moved(std::uint32_t slot) const;
 };
 
-/// Takes the points of pairs that do not collide out of Search::order, which is sorted by pairs:
+/// Removes the points of pairs that do not collide from Search::order, which is sorted by pairs:
 /// see near_pairs.hpp.
 void drop_points(const Finder& finder, Search& search, const ContactFilter* filter);
 
-/// Fills colliders, obstacles and what rests (colliders.cpp).
+/// Fills colliders, obstacles and resting colliders (colliders.cpp).
 void list_colliders(const Finder& finder, Search& search);
 
 }  // namespace pantin::detail::contact

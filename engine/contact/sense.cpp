@@ -15,7 +15,7 @@
 namespace pantin::detail::contact {
 namespace {
 
-/// A shape of a body at its pose; none where that is too far, or the shape lacks its surface.
+/// A shape of a body at its pose; none if it is too far away or has no surface.
 std::optional<ColliderShape> place(const World& world, std::uint32_t slot, const Shape& shape) {
   ColliderShape at{compose(world.bodies.values()[slot].pose, shape.local), {}, 0, slot, 0, &shape};
   if (!is_usable(shape) || !bound_shape(at)) return std::nullopt;
@@ -67,7 +67,7 @@ void sense_shape(const World& world, Memory& memory, const ColliderShape& sensor
                  const ColliderShape& other) {
   Search& search = memory.scratch.search;
   if (!may_sense(world, search, sensor.slot, other.slot)) return;
-  // Of the two shapes that the narrow phase compares, the first has to be one that may move.
+  // The narrow phase needs a shape that can move as its first one.
   const bool swaps = !can_move(sensor.shape->kind);
   const ColliderShape &a = swaps ? other : sensor, &b = swaps ? sensor : other;
   if (!can_move(a.shape->kind)) return;
@@ -84,8 +84,8 @@ void sense_shape(const World& world, Memory& memory, const ColliderShape& sensor
                              swaps ? -deepest.normal : deepest.normal, -deepest.gap});
 }
 
-/// Each pair once, by its deepest overlap. Of equally deep ones the point decides: the order in
-/// which the tree finds them differs between a World and its copy.
+/// Keeps each pair once, with its deepest overlap. Ties are decided by the point, since the order
+/// of the tree differs between a World and its copy.
 void sort_out(std::vector<SensorOverlap>& overlaps) {
   const auto order = [](const SensorOverlap& o) {
     return std::tuple(o.sensor.index, o.body.index, -o.depth, o.point.x, o.point.y, o.point.z);

@@ -1,4 +1,4 @@
-// Where bodies are touched while they turn.
+// Contact points of rotating bodies.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -11,17 +11,17 @@
 namespace pantin::detail::contact {
 namespace {
 
-// A turned shape whose axis leans less, rad, stands on points that stay where they are on its rim.
-// Of one that leans more the lowest point goes around, 1 - cos from the farthest; points of the rim
-// beside it, by this cosine, are that one too, since it may come to where they are within the step.
+// A solid of revolution whose axis leans less, rad, stands on fixed points of its rim. With more
+// lean the lowest point travels around the rim. Rim points within this cosine beside it count as
+// that point, since it may reach them within the step. Tolerance of the lowest point, 1 - cos.
 constexpr Real kUpright = 1e-3, kBeside = 0.5, kOffFarthest = 1e-9;
-// Of the size; of the circle, of places that were found apart.
+// Fractions: of the size; of the circle's radius, for contact points that were found separately.
 constexpr Real kOnRim = 1e-6, kOnCircle = 1e-4;
-// The least square of the sine of a lean by which anything is divided.
+// Least squared sine of a lean that is used as a divisor.
 constexpr Real kLeastLean = 1e-12;
 
-/// Whether a point, in the shape's frame, lies on the circle about its axis on which the farthest
-/// one along a direction does.
+/// Whether a point, in the shape's frame, is on the circle about its axis through the support point
+/// of a direction.
 bool is_on_rim(const Shape& s, Vec3 point, Vec3 outward) {
   const Vec3 far = traits_of(s.kind).support(s, outward);
   const Real radius = std::hypot(far.x, far.z), near = kOnRim * (radius + std::abs(far.y));
@@ -69,7 +69,7 @@ TouchedPlace touched_place(const World& world, const Contact& c, const BodyOfCon
     const Vec3 middle = glm::dot(from, axis) * axis, out = from - middle;
     const Vec3 lean = outward - glm::dot(outward, axis) * axis;
     const Real circle = glm::length(out), length = glm::length(lean);
-    // The point that is farthest along the normal goes around; others stay on the body.
+    // The farthest point along the normal travels around the rim; others are fixed to the body.
     const Quat back = glm::conjugate(s.local.rotation);
     const Real beside = glm::dot(out, lean), whole = circle * length;
     if (length > kUpright &&
@@ -80,7 +80,7 @@ TouchedPlace touched_place(const World& world, const Contact& c, const BodyOfCon
   }
   const Quat turn = glm::conjugate(at.rotation * s.local.rotation);
   const Vec3 spin = world.bodies.values()[slot].angular_velocity;
-  // Round: that far from a point of the body along the normal, while the body turns.
+  // Rounded: at that distance from a body point along the normal, while the body rotates.
   const Real radius = by_core
                           ? inner_radius(s)
                           : rounding_of(s, {to_local(s.local, point), turn * normal, turn * spin});
