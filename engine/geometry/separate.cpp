@@ -10,23 +10,23 @@ namespace {
 
 constexpr int kMostRounds = 96, kFirstRounds = 8, kMostSteps = 40, kMostRefinements = 4,
               kRefiningRounds = 32;
-// Of the sizes: nearer pieces are looked at from farther away, since the direction between points
-// that all but coincide is lost to rounding; how far; and how deep overlaps are walked out of
-// without a polytope.
+// Fractions of the sizes: below this distance pieces are moved apart for the query, since the
+// direction between points that almost coincide is lost to rounding; by how much; and the overlap
+// up to which no polytope is needed.
 constexpr Real kNear = 2e-3, kApart = 0.02, kShallow = 0.01;
 constexpr Real kSettled = 1e-8;   // rad
-constexpr Real kTouching = 1e-7;  // of the sizes: nearer than this, the overlap gives the direction
+constexpr Real kTouching = 1e-7;  // of the sizes: below this, the overlap gives the direction
 constexpr Real kOverlap = 1e-11;  // of the sizes: accuracy of overlaps
-// Of the sizes: the slope at which the nearest point of a round place counts as found, that which
-// is good enough, and that which a place that is not round has.
+// Fractions of the sizes: the gradient at which the search of a smooth minimum has converged, the
+// acceptable one, and the one for accepting a minimum that the polytope could not resolve.
 constexpr Real kSlope = 1e-10, kSmooth = 1e-8, kRound = 1e-4;
 
-/// A point of the difference of two pieces, and where it comes from.
+/// A point of the Minkowski difference of two pieces, and its points on both.
 struct Difference {
   Vec3 w{0}, on_a{0}, on_b{0};
 };
 
-/// Two pieces, the first of which is moved aside.
+/// Two pieces; the first is displaced.
 struct Pieces {
   const Convex& a;
   const Convex& b;
@@ -42,10 +42,10 @@ Difference farthest(const Pieces& pieces, Vec3 direction) {
   return d;
 }
 
-/// The least reach near a direction, if the gradient vanishes there to `accuracy`, part of the
-/// sizes. Its gradient on the sphere of directions is what the farthest point has across the
-/// direction; steps by [Barzilai & Borwein 1988], none of which may lengthen the reach. Nothing
-/// where the least reach is at an edge.
+/// Local minimum of the support function near a direction, if the gradient there is below
+/// `accuracy` (fraction of the sizes). The gradient on the sphere of directions is the tangential
+/// part of the support point. Steps by [Barzilai & Borwein 1988], each of which must decrease the
+/// function. None if the minimum is at an edge, where the function is not smooth.
 std::optional<Separation> polish(const Pieces& pieces, Vec3 normal, Real accuracy) {
   const Real size = pieces.size();
   Difference at = farthest(pieces, normal);
@@ -73,7 +73,7 @@ std::optional<Separation> polish(const Pieces& pieces, Vec3 normal, Real accurac
 
 // ---- Overlap -----------------------------------------------------------------------------------
 
-/// A polytope within the difference of two pieces, that grows where it is nearest to the origin.
+/// EPA: a polytope inside the Minkowski difference that expands where it is nearest to the origin.
 class Polytope {
  public:
   explicit Polytope(const Pieces& pieces) : pieces_(pieces), size_(pieces.size()) { start(); }
@@ -109,7 +109,7 @@ bool Polytope::add(std::uint32_t i, std::uint32_t j, std::uint32_t k) {
   return true;
 }
 
-/// A tetrahedron of points far from one another.
+/// A tetrahedron of support points far from one another.
 void Polytope::start() {
   const auto most = [&](std::span<const Vec3> directions, auto&& measure) {
     Difference best;
@@ -135,7 +135,7 @@ void Polytope::start() {
   add(0, 1, 2), add(0, 2, 3), add(0, 3, 1), add(1, 3, 2);
 }
 
-/// Replaces the sides that see a point by a cone to it; false if that cannot be done exactly.
+/// Replaces the sides that are visible from a point by a cone to it; false if rounding prevents it.
 bool Polytope::expand(const Difference& to) {
   struct Edge {
     std::uint32_t from, to;
@@ -162,7 +162,7 @@ bool Polytope::expand(const Difference& to) {
   return true;
 }
 
-/// The pieces are free of each other `reach` along the side's normal, which is as far as they go.
+/// A displacement of `reach` along the side's normal separates the pieces.
 Separation Polytope::answer(const Side& side, Real reach) const {
   Simplex s;
   for (std::uint32_t i = 0; i < 3; ++i) {
@@ -182,7 +182,7 @@ Separation Polytope::answer(const Side& side, Real reach) const {
 Separation Polytope::grow() {
   Side best;
   Real reach = 0;
-  best.normal = {0, -1, 0};  // of a difference without volume
+  best.normal = {0, -1, 0};  // if the difference has no volume
   while (side_count_ > 0) {
     best =
         *std::min_element(sides_.begin(), sides_.begin() + static_cast<std::ptrdiff_t>(side_count_),
@@ -201,7 +201,7 @@ Separation Polytope::grow() {
 
 // ---- Distance ----------------------------------------------------------------------------------
 
-/// How far a walk goes, and where it got.
+/// Limits of a GJK run, and its last state.
 struct Walk {
   Real limit = 1e300;  // m
   std::uint32_t most = kMostRounds;
@@ -210,7 +210,7 @@ struct Walk {
   bool is_done = true;
 };
 
-/// Gilbert, Johnson and Keerthi's walk. Nothing where the pieces overlap or all but touch.
+/// Gilbert, Johnson and Keerthi's algorithm. None if the pieces overlap or almost touch.
 std::optional<Separation> walk(const Pieces& pieces, Walk& state) {
   const Real size = pieces.size(), touching = kTouching * size;
   std::array<Difference, kMostRounds> seen;
@@ -248,13 +248,13 @@ std::optional<Separation> walk(const Pieces& pieces, Walk& state) {
   return found;
 }
 
-/// How far the pieces are apart along a direction from b to a.
+/// Separation of the pieces along a direction from b to a.
 Separation along(const Pieces& pieces, Vec3 normal) {
   const Difference d = farthest(pieces, -normal);
   return {d.on_a, d.on_b, normal, glm::dot(normal, d.w)};
 }
 
-/// The last direction of a walk, or from centre to centre: where the pieces overlap less.
+/// The last GJK direction, or the line of centres, whichever has less overlap.
 Vec3 better_of(const Pieces& pieces, Vec3 last) {
   const Vec3 way = pieces.a.centre - pieces.b.centre;
   const Real length = glm::length(way);
@@ -263,15 +263,16 @@ Vec3 better_of(const Pieces& pieces, Vec3 last) {
   return is_last ? last : way / length;
 }
 
-/// The direction near a known one along which the pieces are farthest apart, or overlap least.
+/// Local maximum of the separation near a known direction, or minimum of the overlap.
 ///
-/// Moved apart by s along a direction n that leaves them free, they are D apart along another, m.
-/// Along m they were D - s (n . m) apart to begin with, and since D is the most along any
-/// direction, that is never less than along n: steps of a proximal point method, the faster the
-/// smaller s is beside the radii of curvature. [Rockafellar 1976]
+/// Move the pieces apart by s along a separating direction n, and let D be their distance, along m.
+/// Without the move their separation along m is D - s (n . m). D is the maximum over all
+/// directions, so this is never less than the separation along n. These are steps of a proximal
+/// point method; it converges faster the smaller s is relative to the radii of curvature.
+/// [Rockafellar 1976]
 struct Refined {
   Separation at;
-  bool is_settled = false;  // further steps would not turn it
+  bool is_settled = false;  // further steps would not rotate the normal
 };
 Refined refine(const Pieces& pieces, const Separation& start) {
   const Real size = pieces.size();
@@ -281,7 +282,7 @@ Refined refine(const Pieces& pieces, const Separation& start) {
     Walk state{.most = kRefiningRounds, .tolerance = 1e-11};
     auto next = walk({pieces.a, pieces.b, free * found.at.normal}, state);
     if (!next) break;
-    // A walk that ran out of rounds is a little short: the farthest points tell exactly.
+    // A GJK run that stopped early is slightly short: the support points give the exact value.
     next->distance = along(pieces, next->normal).distance;
     if (next->distance < found.at.distance - 1e-12 * size) break;
     found = {*next, glm::distance(next->normal, found.at.normal) < kSettled};
@@ -299,11 +300,11 @@ Separation separate(const Convex& a, const Convex& b, Real limit) {
   Walk first{.limit = limit, .most = kFirstRounds};
   auto found = walk(pieces, first);
   if (!found || !first.is_done) {
-    // Where both are round, or touch with edges, steps along the gradient lead there sooner.
+    // Gradient steps converge faster where both are round, or touch with edges.
     const auto round = polish(pieces, -better_of(pieces, first.last), kSmooth);
     if (round && is_shallow(*round)) return *round;
   }
-  // What is close is looked at from some way apart, what is not needs no such care.
+  // Close pieces are moved apart for the query; others need not be.
   Walk whole{.limit = limit};
   if (found && !first.is_done && found->distance > kApart * size) found = walk(pieces, whole);
   const bool is_far = found && (found->is_beyond || found->distance > kNear * size);
@@ -311,7 +312,7 @@ Separation separate(const Convex& a, const Convex& b, Real limit) {
   const Vec3 last = found ? found->normal : first.last;
   const Refined near = refine(pieces, along(pieces, better_of(pieces, last)));
   if (found && !near.is_settled) {
-    // Points and edges that all but touch: they turn too little from step to step.
+    // Points and edges that almost touch: the direction rotates too little per step.
     whole = {.limit = limit};
     found = walk(pieces, whole);
     if (found && along(pieces, found->normal).distance > near.at.distance) return *found;

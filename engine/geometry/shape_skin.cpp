@@ -31,7 +31,7 @@ std::shared_ptr<const nurbs::Skin> skin_of(const Shape& shape) {
       return of_face(nurbs::plane(upright(0), kPlane, kPlane));
     case ShapeKind::nurbs:
       return shape.surface ? shape.surface->skin : nullptr;
-    default:  // not smooth: it has none
+    default:  // not smooth: no skin
       return nullptr;
   }
 }

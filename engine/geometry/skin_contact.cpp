@@ -1,5 +1,5 @@
-// Contacts of skins that are not convex, or open: corners and edges of the other shape against the
-// skin, and places of the skin against the other's faces and round sides.
+// Contacts of skins that are open or not convex: corners and edges of the other shape against the
+// skin, and points of the skin against the other's faces and round sides.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -12,28 +12,28 @@
 namespace pantin::detail {
 namespace {
 
-// Features: what of the other shape it is, or from where on the skin it was found.
+// Feature ids: a feature of the other shape, or the seed of the skin from which it was found.
 constexpr std::uint64_t kOfEdge = 1 << 10, kOfFace = 1 << 12;
 constexpr int kSamples = 9, kMostRefinements = 12;  // along an edge
 constexpr std::size_t kMostPoints = 8, kMostStarts = 12;
 constexpr int kMostCrossings = 6;
-constexpr Real kApart = 0.15;       // of the skin's size, between starts
-constexpr Real kOpposed = 1e-5;     // rad, of normals where a place is the nearest
-constexpr Real kFlat = 0.05;        // rad, likewise beside valleys
-constexpr Real kBehind = 2;         // of the other's size: a patch farther away is not touched
-constexpr Real kDifference = 1e-6;  // of a size, for the curvature of the other shape
+constexpr Real kApart = 0.15;       // of the skin's size: least distance between starts
+constexpr Real kOpposed = 1e-5;     // rad, tolerance of opposed normals at a deepest point
+constexpr Real kFlat = 0.05;        // rad, the same beside valleys
+constexpr Real kBehind = 2;         // of the other's size: nothing deeper behind a patch touches it
+constexpr Real kDifference = 1e-6;  // of a size: finite difference for the other's curvature
 
 struct Touching {
   const Surface& skin;
   const PlacedShape& other;
   SkinScratch& scratch;
   const PointsOut& out;
-  Aabb reach;                 // of the other, grown by the margin
+  Aabb reach;                 // bounds of the other, grown by the margin
   Real size;                  // of the other, m
-  bool leaves_flats = false;  // to the corners and edges of both
+  bool leaves_flats = false;  // to the corners and edges of both shapes
 };
 
-/// A ball about a point of the other shape, and the place of the skin that is nearest.
+/// A ball about a point of the other shape, tested against the nearest point of the skin.
 struct BallTouch {
   Vec3 centre;
   Real radius;
@@ -50,14 +50,14 @@ void add_ball(const Touching& k, const BallTouch& ball, const SkinPoint& near) {
       {ball.centre - ball.radius * near.normal, near.point, near.normal, gap, ball.feature});
 }
 
-/// An edge of the other shape, grown by a radius.
+/// An edge of the other shape, with a radius.
 struct EdgeTouch {
   Vec3 from, way;
   Real radius;
   std::uint64_t feature;
 };
 
-/// A place along an edge, and how the distance changes there.
+/// A point of an edge, and the derivative of its distance along the edge.
 struct Along {
   Real t;
   SkinPoint near;
@@ -70,8 +70,8 @@ Along along(const Touching& k, const EdgeTouch& e, Real t, const nurbs::Place* s
   return {t, near, glm::dot(near.normal, e.way)};
 }
 
-/// Between two places where the distance falls and rises: regula falsi, the end that stays taken at
-/// half. [Dowell & Jarratt 1971]
+/// Finds the minimum between two points where the distance falls and rises. Regula falsi with the
+/// value of the retained end halved (Illinois). [Dowell & Jarratt 1971]
 void refine_edge(const Touching& k, const EdgeTouch& e, Along low, Along high) {
   int stays = 0;
   Along best = low.near.distance < high.near.distance ? low : high;
@@ -94,8 +94,8 @@ void refine_edge(const Touching& k, const EdgeTouch& e, Along low, Along high) {
   add_ball(k, {e.from + best.t * e.way, e.radius, e.feature | part << 16}, best.near);
 }
 
-/// The least distances along an edge, where the normal is across it. Parts of it from which nothing
-/// is near enough are left out: along it the distance changes no faster than the place.
+/// Adds the local minima of the distance along an edge, where the normal is perpendicular to it.
+/// Parts that are too far away are skipped: the distance changes no faster than the position.
 void touch_edge(const Touching& k, const EdgeTouch& e) {
   const Real length = glm::length(e.way), reach = k.out.margin + e.radius;
   const Along middle = along(k, e, 0.5);
@@ -118,7 +118,7 @@ void touch_edge(const Touching& k, const EdgeTouch& e) {
   }
 }
 
-/// The other shape's distance as a function of the skin's place.
+/// The signed distance of the other shape as a function of the position on the skin.
 struct Depth {
   const PlacedShape& other;
   Real step;  // m
@@ -136,7 +136,7 @@ struct Depth {
   nurbs::Slope operator()(const nurbs::Jet& j) const {
     const SurfacePoint here = at(j.s);
     const Vec3 n = here.normal;
-    // How the other's normal turns along the surface.
+    // Derivative of the other's normal along the surface.
     const auto turn = [&](Vec3 way) {
       const Real length = glm::length(way);
       if (!(length > 0)) return Vec3(0);
@@ -152,7 +152,7 @@ struct Depth {
   }
 };
 
-/// Seeds near the other shape, by number: within the spacing of one is the deepest place.
+/// Lists the seeds near the other shape, by number. The deepest point is within the spacing of one.
 void find_candidates(const Touching& k, const Depth& depth) {
   const SkinModel& m = *k.skin.model;
   auto& found = k.scratch.candidates;
@@ -166,7 +166,7 @@ void find_candidates(const Touching& k, const Depth& depth) {
             [](const auto& a, const auto& b) { return a.seed < b.seed; });
 }
 
-/// Downhill across a valley, not along it: to its bottom beside `start`.
+/// Descends across a valley, not along it, to its floor beside the start.
 nurbs::WalkEnd cross_valley(const Touching& k, const Depth& depth, nurbs::Place at) {
   const nurbs::Face& face = k.skin.skin->face(at.face);
   const auto run = [](const nurbs::Knots& knots, Real t) {
@@ -175,7 +175,7 @@ nurbs::WalkEnd cross_valley(const Touching& k, const Depth& depth, nurbs::Place 
   for (int round = 0; round < kMostCrossings; ++round) {
     const nurbs::Jet j = face.at(at.u, at.v);
     const nurbs::Slope h = depth(j);
-    // The way of most curvature: the larger root of |H - k G| = 0.
+    // Direction of the largest principal curvature: the larger root of |H - k G| = 0.
     const Real uu = glm::dot(j.u, j.u), uv = glm::dot(j.u, j.v), vv = glm::dot(j.v, j.v);
     const Real determinant = uu * vv - uv * uv;
     if (!(determinant > 0)) break;
@@ -206,12 +206,12 @@ void add_place(const Touching& k, const Depth& depth, const nurbs::WalkEnd& end,
   const SurfacePoint near = depth.at(end.jet.s);
   if (near.distance > k.out.margin) return;
   const Vec3 own = nurbs::normal_at(k.skin.skin->face(end.at.face), end.at.u, end.at.v);
-  if (glm::length(own + near.normal) > as.angle) return;  // an edge's, or a rim
+  if (glm::length(own + near.normal) > as.angle) return;  // belongs to an edge or a rim
   k.out.points.push_back({near.point, end.jet.s, -near.normal, near.distance, as.feature});
 }
 
-/// Places of the skin that are deepest in the other shape: downhill from the deepest seed, and, so
-/// that what lies flat does so all over, into the valleys beside seeds far from one another.
+/// Adds the deepest points of the skin: by descent from the deepest seed, and on the valley floors
+/// beside seeds far from one another, so that flat contacts get points all over.
 void touch_places(const Touching& k) {
   const SkinModel& m = *k.skin.model;
   const Depth depth{k.other, kDifference * m.size};
@@ -223,7 +223,7 @@ void touch_places(const Touching& k) {
   add_place(k, depth, nurbs::Walk(*k.skin.skin, depth).from(m.seeds[deepest->seed]),
             {kOfFace, kOpposed});
   std::uint32_t start = found.front().seed;
-  for (auto& c : found) c.gap = 1e300;  // from now on the distance from the starts
+  for (auto& c : found) c.gap = 1e300;  // from here on the distance to the starts
   for (std::size_t i = 0; i < kMostStarts; ++i) {
     const nurbs::WalkEnd end = cross_valley(k, depth, m.seeds[start]);
     if (glm::distance(end.jet.s, m.seed_points[start]) < m.spacing + kApart * m.size)
@@ -238,7 +238,7 @@ void touch_places(const Touching& k) {
   }
 }
 
-/// Balls and capsules, known by their cores.
+/// Collides balls and capsules by their cores.
 void touch_core(const Touching& k, const Convex& c) {
   const Aabb box = Aabb{k.skin.low, k.skin.high}.grown(c.radius + std::max(k.out.margin, Real(0)) +
                                                        (k.skin.model->is_closed ? 0 : k.size));
@@ -254,7 +254,7 @@ void touch_core(const Touching& k, const Convex& c) {
   }
 }
 
-/// Whether what is flat touches a shape by corners and edges of both alone.
+/// Whether a flat face touches a shape by corners and edges of both alone.
 bool has_corners(const Shape& shape, const Convex* piece) {
   return piece ? !piece->smooth : traits_of(shape.kind).shape_class == ShapeClass::half_space;
 }

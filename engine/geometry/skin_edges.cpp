@@ -12,18 +12,18 @@
 namespace pantin::detail {
 namespace {
 
-// Features: whose they are, and which of them.
+// Feature ids: the owner of the feature, and its number.
 constexpr std::uint64_t kCornerOfA = 1ull << 40, kCornerOfB = 2ull << 40, kAcross = 3ull << 40,
                         kEdgeOfA = 4ull << 40, kEdgeOfB = 5ull << 40;
 constexpr std::uint64_t kNumber = (1u << 20) - 1;
-constexpr Real kFlat = 0.05;      // rad, between edges and faces that lie along one another
-constexpr Real kCrossing = 0.02;  // rad, between edges whose own normal counts
-constexpr Real kBend = 0.15;      // of its length: how far a round part may leave its tangent
+constexpr Real kFlat = 0.05;      // rad, between parallel edges and faces
+constexpr Real kCrossing = 0.02;  // rad, least angle between edges for their common normal to count
+constexpr Real kBend = 0.15;      // of its length: largest sagitta of a round part
 constexpr int kSamples = 9, kMostRefinements = 12, kMostSteps = 6;
 
 // ---- Corners, and edges along faces -----------------------------------------------------------
 
-/// Whose corners they are, and the frame that they are in as seen from b.
+/// Which body owns the corners, and the pose of their frame in b's.
 struct Emit {
   enum class Whose { a, b } whose;
   Pose frame;
@@ -39,13 +39,13 @@ struct Emit {
   }
 };
 
-/// Corners and edges in the frame of what they are held against.
+/// Corners and edges in the frame of the body that they are tested against.
 struct Features {
   std::span<const Corner> corners;
   std::span<const EdgePart> edges;
-  FeatureScratch* feet = nullptr;     // of the corners, to be filled
-  const nurbs::Skin* skin = nullptr;  // of edges that are not straight
-  Pose at = {};                       // of that
+  FeatureScratch* feet = nullptr;     // feet of the corners, output
+  const nurbs::Skin* skin = nullptr;  // of edges that are round
+  Pose at = {};                       // of the skin
 
   EdgePoint point(const EdgePart& edge, Real share) const {
     if (edge.is_straight) return {glm::mix(edge.from, edge.to, share), edge.to - edge.from};
@@ -54,14 +54,15 @@ struct Features {
   }
 };
 
-/// Edges along faces; after the corners, whose feet it takes where round edges end.
+/// Tests edges along faces. Runs after the corners: round edges reuse the feet of their end
+/// corners.
 template <class Ground>
 class Slide {
  public:
   Slide(const Ground& ground, const Features& of, const Emit& emit)
       : ground_(ground), of_(of), emit_(emit) {}
 
-  /// The places of an edge where the distance is least, and those where it stays.
+  /// Adds the points of an edge where the distance is least, and those where it is constant.
   void run(const EdgePart& edge) const {
     const int samples = edge.is_straight ? kSamples : 2;
     std::optional<Place> last;
@@ -105,7 +106,7 @@ class Slide {
     if (!foot) return std::nullopt;
     return Place{Real(end), glm::dot(foot->normal, at.rate), at.point, *foot};
   }
-  /// Regula falsi, the end that stays taken at half. [Dowell & Jarratt 1971]
+  /// Regula falsi with the value of the retained end halved (Illinois). [Dowell & Jarratt 1971]
   void refine(const EdgePart& edge, Place low, Place high) const {
     Place best = low.foot.gap < high.foot.gap ? low : high;
     int stays = 0;
@@ -172,7 +173,8 @@ class Cross {
   Cross(const EdgePart& a, const EdgePart& b, const Features& of_a, const Features& of_b)
       : a_(a), b_(b), of_a_(of_a), of_b_(of_b), way_a_(a.to - a.from), way_b_(b.to - b.from) {}
 
-  /// By the normal of a face of either in which both lie, else by that of both edges.
+  /// Uses the normal of a face of either body that contains both edges, else the common normal of
+  /// the edges.
   std::optional<Crossing> find() const {
     std::optional<Crossing> best;
     const auto take = [&](const std::optional<Crossing>& found) {
@@ -193,7 +195,7 @@ class Cross {
   static bool lies_along(Vec3 way, Vec3 n) {
     return std::abs(glm::dot(way, n)) <= kFlat * glm::length(way);
   }
-  /// Whether the bodies begin on both sides of the plane.
+  /// Whether the plane separates the two bodies beside the edges.
   bool parts(Vec3 n) const {
     return glm::dot(a_.into[0], n) >= -kFlat && glm::dot(a_.into[1], n) >= -kFlat &&
            glm::dot(b_.into[0], n) <= kFlat && glm::dot(b_.into[1], n) <= kFlat;
@@ -232,7 +234,7 @@ Aabb box_of(const EdgePart& edge, Real reach) {
   return box.grown(reach + bend);
 }
 
-/// Edges of a across those of a skin that are nearer than `far` (m).
+/// Tests edges of a across those of a skin that are closer than `far` (m).
 void touch_across(const OfSkin& b, const Features& of_a, Real far, const PointsOut& out) {
   const SkinFeatures& all = b.surface.model->features;
   const Features of_b{all.corners, all.edges, nullptr, b.surface.skin.get()};
@@ -249,7 +251,7 @@ void touch_across(const OfSkin& b, const Features& of_a, Real far, const PointsO
 
 // ---- Where features come from -------------------------------------------------------------------
 
-/// Those of a skin near a box in its own frame, as seen from where it stands at `at`.
+/// The features of a skin near a box in its own frame, transformed by the skin's pose `at`.
 Features features_near(const Surface& surface, const Aabb& near, const Pose& at,
                        FeatureScratch& scratch) {
   const SkinFeatures& all = surface.model->features;
@@ -270,7 +272,7 @@ Features features_near(const Surface& surface, const Aabb& near, const Pose& at,
   return {scratch.corners, scratch.edges, &scratch, surface.skin.get(), at};
 }
 
-/// Those of a piece with flat faces.
+/// The features of a piece with flat faces.
 Features features_of(const Convex& piece, FeatureScratch& scratch) {
   scratch.corners.clear(), scratch.edges.clear();
   for (std::uint32_t i = 0; i < piece.points.size(); ++i) {
@@ -283,7 +285,7 @@ Features features_of(const Convex& piece, FeatureScratch& scratch) {
     e.from = piece.points[from], e.to = piece.points[to], e.number = i;
     const Vec3 way = glm::normalize(e.to - e.from);
     scratch.corners[from].add(way), scratch.corners[to].add(-way);
-    // The left face is that in whose round the edge runs forward.
+    // The left face is the one whose loop traverses the edge forward.
     for (int k = 0; k < 2; ++k) {
       e.normals[k] = piece.faces[piece.sides[i][k]].normal;
       e.into[k] = (k == 0 ? 1.0 : -1.0) * glm::cross(e.normals[k], way);
@@ -292,8 +294,8 @@ Features features_of(const Convex& piece, FeatureScratch& scratch) {
   return {scratch.corners, scratch.edges, &scratch};
 }
 
-/// What a smooth piece turns towards the flat faces of a skin near a box: a rim, a line or a point
-/// for each of the ways that these face.
+/// The support features of a smooth piece towards the flat faces of a skin near a box: a rim, a
+/// line or a point for each direction of these faces.
 Features fronts_of(const Convex& piece, const OfSkin& skin, const Aabb& near,
                    FeatureScratch& scratch) {
   constexpr std::size_t kMostWays = 6;

@@ -1,16 +1,16 @@
 #pragma once
-/// Corners and edges of bodies against one another and against faces: contacts of what is not
-/// smooth, where one of the two is a skin.
+/// Contacts of corners and edges with faces and with one another, where at least one of the two
+/// bodies is a skin.
 #include "engine/geometry/skin_model.hpp"
 
 namespace pantin::detail {
 
-/// Appends corners of each at the faces of the other, edges across edges, and the places of edges
-/// that are deepest in round faces; in b's frame.
+/// Appends, in b's frame, the corners of each on faces of the other, edges across edges, and the
+/// points of edges that are deepest in round faces.
 void touch_edges(const SkinPair& pair, SkinScratch& scratch, const PointsOut& out);
 
-/// The same of any other shape, which is a, with a skin, which is b, in the skin's frame. Of a
-/// shape without corners only those of the skin.
+/// The same for any other shape, which is a, and a skin, which is b, in the skin's frame. A smooth
+/// shape contributes its support features; one that is not convex contributes none.
 void touch_edges(const Surface& skin, const PlacedShape& other, SkinScratch& scratch,
                  const PointsOut& out);
 

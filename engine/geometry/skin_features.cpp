@@ -11,12 +11,12 @@
 namespace pantin::detail {
 namespace {
 
-constexpr Real kSmooth = 0.02;     // rad: a crease of less is none
-constexpr Real kTurn = 0.25;       // rad, of a part of a round edge
+constexpr Real kSmooth = 0.02;     // rad: smaller creases count as smooth
+constexpr Real kTurn = 0.25;       // rad, rotation of the tangent over a part of a round edge
 constexpr Real kStraight = 1e-10;  // of the skin's size
-constexpr Real kOn = -0.999;       // cosine between ways where an edge goes on
+constexpr Real kOn = -0.999;       // cosine between directions where an edge continues
 constexpr int kMostParts = 32;     // of a polynomial piece
-constexpr int kAround = 8;         // ways from a pole
+constexpr int kAround = 8;         // directions sampled at a pole
 
 using nurbs::Along;
 using nurbs::Face;
@@ -28,15 +28,15 @@ enum class Side { here, beyond };  // of a knot
 bool is_of_u(const EdgeLine& line) { return line.stays == Along::u; }
 Along other_of(Along way) { return way == Along::u ? Along::v : Along::u; }
 
-/// A line of a face, and what is across it: another face, the face itself on the other side of a
-/// knot where it is creased, or nothing.
+/// A line of constant parameter on a face, and its neighbour across: another face, the same face
+/// beyond a crease knot, or nothing.
 struct Line {
   EdgeLine on;
   bool is_low = false;     // the face is on the side of higher parameters
-  bool is_inside = false;  // a knot where the face is creased, not its end
+  bool is_inside = false;  // a crease knot inside the face, not its end
 };
 
-/// A place of such a line. Of a rim there is one side.
+/// A point of such a line. A rim has one side only.
 struct Station {
   Vec3 point{0}, tangent{0};
   std::array<Vec3, 2> normals, into;
@@ -93,13 +93,13 @@ class Finder {
   std::vector<End> ends_;
 };
 
-/// On the side of a knot where the face lies that the line is of, or beyond it.
+/// Evaluates the face on its own side of the line's knot, or beyond the knot.
 Jet Finder::jet(const Line& line, Real s, Side side) const {
   const Face& face = skin_.face(line.on.face);
   const nurbs::Knots& own = knots_of(face, line.on.stays);
   auto at = place_at(line.on, s);
   Face::Piece piece = face.piece_at(at[0], at[1]);
-  if (line.is_inside && side == Side::beyond) {  // below the knot, of a seam at the other end
+  if (line.is_inside && side == Side::beyond) {  // below the knot; at a seam, at the other end
     Real& t = is_of_u(line.on) ? at[0] : at[1];
     std::size_t& which = is_of_u(line.on) ? piece.u : piece.v;
     if (t > own.low())
@@ -152,7 +152,7 @@ bool Finder::is_pole(const Line& line) const {
   return true;
 }
 
-/// Of two faces that join, the edge is that of the first.
+/// An edge shared by two faces is added once, by the first face.
 bool Finder::is_counted_across(const Line& line) const {
   using enum nurbs::Edge;
   const nurbs::Edge edge =
@@ -189,7 +189,8 @@ void Finder::add_creases(int face, Along stays) {
   }
 }
 
-/// A point where a whole edge of a face is: a tip, unless all around it is flat.
+/// A pole: an edge of a face that is one point. It is a corner unless the surface is flat around
+/// it.
 void Finder::add_pole(const Line& line) {
   Corner tip;
   tip.point = jet(line, line.on.along.low, Side::here).s;
@@ -216,7 +217,7 @@ void Finder::add_line(const Line& line) {
 
 void Finder::add_parts(const Line& line, const nurbs::Range& span) {
   const auto at = [&](Real share) {
-    // Just within the piece, so that both sides of a knot are told apart.
+    // Just inside the piece, to tell the two sides of a knot apart.
     const Real inside = std::clamp(share, 1e-9, 1 - 1e-9);
     Station found = station(line, span.low + inside * span.width());
     found.point = jet(line, span.low + share * span.width(), Side::here).s;
@@ -265,7 +266,7 @@ void Finder::add_part(const Line& line, const Station& from, const Station& to) 
   parts_.push_back({edge, fold});
 }
 
-/// Ends of parts that are at one place.
+/// Groups the ends of parts that coincide.
 void Finder::add_nodes() {
   const Real same = 2 * skin_.tolerance() + 1e-7 * skin_.size();
   std::sort(ends_.begin(), ends_.end(), [](const End& a, const End& b) {
@@ -310,8 +311,8 @@ void Finder::add_node(std::span<const End> node) {
   made_.corners.push_back(corner);
 }
 
-/// Where a hollow edge comes in, each of the others ends by itself: a body may lie on one of them
-/// and reach beyond it.
+/// At a node with a concave edge, each convex edge gets a corner of its own: a body may rest on one
+/// of them and reach beyond its end.
 void Finder::add_edge_ends(std::span<const End> node) {
   for (const End& end : node) {
     Part& part = parts_[end.part];

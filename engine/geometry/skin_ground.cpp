@@ -9,12 +9,12 @@
 namespace pantin::detail {
 namespace {
 
-constexpr Real kTilt = 0.3;    // rad, by which a corner's ways may lead behind a face
-constexpr Real kFacet = 0.15;  // rad, between a round face and its tiles
-// Of the smaller size: how deep a body is found in a closed skin; overlaps below which are not held
-// against what is really inside; and how far beside a face a corner is still over it.
+constexpr Real kTilt = 0.3;    // rad, by which a corner's directions may lead behind a face
+constexpr Real kFacet = 0.15;  // rad, between a round face and its triangles
+// Fractions of the smaller size: greatest depth in a closed skin; depth from which a point must be
+// inside the other body to count; how far beside a face a corner is still over it.
 constexpr Real kDeepest = 0.2, kShallow = 1e-3, kBeside = 1e-4;
-constexpr Real kBehind = 2;  // of the other's size, behind a patch
+constexpr Real kBehind = 2;  // of the other's size: greatest depth behind a patch
 
 bool admits(const Corner& corner, Vec3 normal, Real tilt) {
   for (std::uint32_t i = 0; i < corner.count; ++i)
@@ -65,7 +65,7 @@ std::optional<Foot> OfSkin::over(std::uint32_t tile, const Corner& corner) const
   return Foot{on.point, n, gap};
 }
 
-/// The nearest tile that a corner may touch and is over.
+/// The nearest triangle that a corner is over and may touch.
 std::optional<std::uint32_t> OfSkin::tile_under(const Corner& corner, Real far) const {
   const SkinModel& m = *surface.model;
   const Vec3 p = corner.point;

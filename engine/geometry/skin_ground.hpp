@@ -1,26 +1,27 @@
 #pragma once
-/// What corners and edges are held against: the faces of a skin, of a convex piece with corners, or
-/// the nearest places of any other shape.
+/// Targets of corners and edges: the faces of a skin, the flat faces of a convex piece, or the
+/// nearest points of any other shape.
 #include <optional>
 
 #include "engine/geometry/skin_model.hpp"
 
 namespace pantin::detail {
 
-/// How near and how deep counts, m.
+/// Distances up to which features count, m.
 struct Reach {
   Real margin, deepest, shallow, beside;
 
   Real farthest() const { return std::max(margin, deepest); }
 };
 
-/// Between bodies of these sizes (m), both closed.
+/// For two closed bodies of these sizes (m).
 Reach reach_between(Real margin, Real size_a, Real size_b);
-/// Into a skin, of a body of a size (m): behind a patch as far as that is large.
+/// For a body of a size (m) against a skin; behind an open patch the depth grows with that size.
 Reach reach_into(const Surface& surface, Real size, Real margin);
 
-/// Each has foot(corner), the nearest face that a corner is over and may touch; holds(p), whether
-/// a point is inside; is_round_near(box), whether edges near there may touch between their ends.
+/// Each target has foot(corner): the nearest face that a corner is over and may touch; holds(p):
+/// whether a point is inside; is_round_near(box): whether edges near the box may touch between
+/// their ends.
 ///
 /// The faces of a skin, in its frame.
 struct OfSkin {
@@ -49,7 +50,7 @@ struct OfConvex {
   bool is_over(const Face& face, Vec3 p) const;
 };
 
-/// Any other shape, by its nearest places.
+/// Any other shape, by its nearest points.
 struct OfShape {
   const PlacedShape& shape;
   Reach reach;

@@ -68,7 +68,7 @@ bool is_convex_by(const Skin& skin, const SkinModel& m) {
   return true;
 }
 
-/// Bounds of the surface itself: from all vertices that may lead to an extreme.
+/// Bounds of the surface itself, by ascent from all vertices that may lead to an extremum.
 void find_bounds(const Skin& skin, SkinModel& m) {
   for (int k = 0; k < 3; ++k)
     for (const Real sign : {-1.0, 1.0}) {
@@ -93,7 +93,7 @@ void build_tree(SkinModel& m) {
   m.tree.build(boxes);
 }
 
-/// The plane of a piece of a face, if it is flat: checked where its derivatives would tell.
+/// The plane of a piece of a face, if the piece is flat; tested on a grid of points.
 struct Plane {
   Vec3 normal{0}, point{0};
 };
@@ -125,7 +125,7 @@ std::vector<Plane> planes_of(const nurbs::Face& face) {
   return planes;
 }
 
-/// Normals of triangles, and which are of flat pieces; seeds that are of no others.
+/// Finds the normals of triangles, the triangles of flat pieces, and the seeds off flat pieces.
 void find_flats(const Skin& skin, SkinModel& m) {
   std::vector<std::vector<Plane>> planes;
   for (const nurbs::Face& face : skin.faces()) planes.push_back(planes_of(face));
@@ -174,7 +174,7 @@ Vec3 place_normal(const Skin& skin, const nurbs::Place& at) {
   return nurbs::normal_at(skin.face(at.face), at.u, at.v);
 }
 
-/// On a crease the mean of both faces' normals tells the side.
+/// On a crease the mean normal of both faces decides the side.
 Vec3 side_normal(const Skin& skin, const nurbs::Place& at) {
   const nurbs::Face& face = skin.face(at.face);
   const Vec3 own = place_normal(skin, at);

@@ -1,4 +1,4 @@
-// Contacts of two skins of which one at least is not convex: places where round faces lie deepest,
+// Contacts of two skins of which at least one is not convex: deepest points between round faces,
 // and corners and edges.
 #include <algorithm>
 #include <array>
@@ -15,26 +15,26 @@ namespace {
 
 constexpr std::size_t kMostPoints = 16, kMostStarts = 12;
 constexpr int kMostSteps = 8;
-constexpr Real kApart = 0.15;    // of the smaller size, between starts
-constexpr Real kNear = 0.06;     // of the seeds' skin: how far a seed beside a contact may be
-constexpr Real kDeepest = 0.1;   // of the smaller size: deeper is the far side
-constexpr Real kShallow = 1e-3;  // likewise: below, a look whether it is inside
-constexpr Real kFacing = -0.7;   // cosine between normals where to start
-constexpr Real kAlong = 0.05;    // rad, of normals where round faces lie along one another
-constexpr Real kFits = 0.02;     // of 1 / size: curvatures that differ by less fit one another
-constexpr Real kMeets = 1e-5;    // of the size, between the two points along the surface
+constexpr Real kApart = 0.15;    // of the smaller size: least distance between starts
+constexpr Real kNear = 0.06;     // of the seeds' skin: largest distance of a seed beside a contact
+constexpr Real kDeepest = 0.1;   // of the smaller size: deeper points are on the far side
+constexpr Real kShallow = 1e-3;  // likewise: deeper points are tested for being inside
+constexpr Real kFacing = -0.7;   // cosine between normals at a start
+constexpr Real kAlong = 0.05;    // rad, tolerance of opposed normals at a contact
+constexpr Real kFits = 0.02;     // of 1 / size: smaller differences of curvatures count as zero
+constexpr Real kMeets = 1e-5;    // of the size: tangential offset of the two points at convergence
 constexpr std::uint64_t kOfA = 6ull << 40, kOfB = 7ull << 40;
 
-// ---- Where two faces lie deepest ----------------------------------------------------------------
+// ---- Deepest points between two faces -----------------------------------------------------------
 
-/// A place of a skin, in the frame of b.
+/// A point of a skin, in b's frame.
 struct Local {
   nurbs::Place at;
   nurbs::Jet jet;
   Vec3 normal{0};
 };
 
-/// A skin, and where it stands as seen from b.
+/// A skin and its pose in b's frame.
 struct Standing {
   const Surface& surface;
   Mat3 rotation;
@@ -50,7 +50,7 @@ struct Standing {
     l.normal = length > 0 ? n / length : Vec3(0);
     return l;
   }
-  /// The place that is `way` farther along the face, on the next one if it ends before.
+  /// The parameters after a displacement `way` along the face, or on the next face beyond its edge.
   nurbs::Place moved(const Local& from, Vec3 way) const {
     const nurbs::Jet& j = from.jet;
     const Real uu = glm::dot(j.u, j.u), uv = glm::dot(j.u, j.v), vv = glm::dot(j.v, j.v);
@@ -72,7 +72,7 @@ struct Standing {
   }
 };
 
-/// A height over a plane to second order: slope and curvature.
+/// A height over a plane to second order: first and second derivatives.
 struct Height {
   Real x, y, xx, xy, yy;
 };
@@ -81,7 +81,7 @@ struct Frame {
   Vec3 x, y, n;
 };
 
-/// Of a surface that rises along n, by its own parameters put in terms of the plane's.
+/// Height of a surface along n: parametric derivatives expressed in the plane's coordinates.
 Height height_of(const Local& l, const Frame& f) {
   const nurbs::Jet& j = l.jet;
   const Real ux = glm::dot(j.u, f.x), uy = glm::dot(j.u, f.y), vx = glm::dot(j.v, f.x),
@@ -89,7 +89,7 @@ Height height_of(const Local& l, const Frame& f) {
   const Vec3 n = l.normal;
   const Real rises = glm::dot(n, f.n);
   const Height slope{-glm::dot(n, f.x) / rises, -glm::dot(n, f.y) / rises, 0, 0, 0};
-  // Second derivatives off the tangent plane, over that along n.
+  // Second derivatives off the tangent plane, divided by the component along n.
   const Real a = glm::dot(n, j.uu) / rises, b = glm::dot(n, j.uv) / rises,
              c = glm::dot(n, j.vv) / rises;
   const Real xu = vy / determinant, xv = -uy / determinant, yu = -vx / determinant,
@@ -99,8 +99,8 @@ Height height_of(const Local& l, const Frame& f) {
           a * yu * yu + 2 * b * yu * yv + c * yv * yv};
 }
 
-/// The step to where a quadratic function is least, along the ways that it bends up; nothing along
-/// those that it is straight in. None where it bends down.
+/// Newton step to the minimum of a quadratic function: along directions of positive curvature, and
+/// zero along those of no curvature. None where a curvature is negative.
 std::optional<std::array<Real, 2>> least_of(const Height& h, Real least_bend) {
   const Real mean = (h.xx + h.yy) / 2, half = (h.xx - h.yy) / 2;
   const Real apart = std::hypot(half, h.xy);
@@ -129,8 +129,8 @@ struct Meeting {
   Real size;  // of the smaller
 };
 
-/// The places on a line normal to both near a start, or, where they fit one another along a line,
-/// the nearest of those. Newton's method on the gap as seen along b's normal.
+/// The two points on a common normal near a start. Where the faces fit along a line, the nearest of
+/// those. Newton's method on the gap along b's normal.
 struct Met {
   Local a, b;
   Real gap;
@@ -143,7 +143,7 @@ std::optional<Met> meet(const Meeting& m, const nurbs::Place& on_a, const nurbs:
     const Vec3 apart = a.jet.s - b.jet.s;
     const Real x = glm::dot(apart, f.x), y = glm::dot(apart, f.y);
     const Height of_a = height_of(a, f), of_b = height_of(b, f);
-    // Over b's place, to which a's parabola is continued.
+    // The gap above b's point, with a's quadratic approximation extended to there.
     const Height gap{of_a.x - of_a.xx * x - of_a.xy * y, of_a.y - of_a.xy * x - of_a.yy * y,
                      of_a.xx - of_b.xx, of_a.xy - of_b.xy, of_a.yy - of_b.yy};
     const auto to = least_of(gap, kFits / m.size);
@@ -161,9 +161,9 @@ std::optional<Met> meet(const Meeting& m, const nurbs::Place& on_a, const nurbs:
   }
 }
 
-// ---- Where to start -----------------------------------------------------------------------------
+// ---- Starts -------------------------------------------------------------------------------------
 
-/// Seeds of one skin against the faces of another, in the frame of that.
+/// Seeds of one skin against the faces of another, in the frame of the latter.
 struct Seeking {
   const Surface& from;
   const Surface& to;
@@ -171,7 +171,7 @@ struct Seeking {
   Real margin, size;
 };
 
-/// The tile that faces a seed nearest, and the gap.
+/// The nearest triangle that faces a seed, and the gap.
 std::optional<SkinScratch::Candidate> facing(const Seeking& k, std::uint32_t seed) {
   const SkinModel &m = *k.from.model, &other = *k.to.model;
   const Real far = k.margin + kNear * m.size;
@@ -194,7 +194,7 @@ std::optional<SkinScratch::Candidate> facing(const Seeking& k, std::uint32_t see
                                 tile};
 }
 
-/// The seeds of round places that are near the other's faces and face them, the deepest first.
+/// Lists the seeds on round faces that are near and face the other's faces, deepest first.
 void find_seeds(const Seeking& k, std::vector<SkinScratch::Candidate>& found) {
   found.clear();
   const SkinModel& m = *k.from.model;
@@ -216,7 +216,7 @@ bool holds(const Surface& surface, Vec3 p) {
   return !surface.model->is_closed || nearest_on(surface, p).distance <= 0;
 }
 
-/// A start, and what the contact from it is called.
+/// A start, and the feature id of its contact.
 struct Start {
   nurbs::Place on_a, on_b;
   std::uint64_t feature;

@@ -5,18 +5,17 @@
 namespace pantin::detail {
 namespace {
 
-constexpr std::uint32_t kOfB = 256;  // features: corners of b count from here
+constexpr std::uint32_t kOfB = 256;  // features: corners of b are numbered from here
 constexpr std::uint32_t kFarthest = 255;
 constexpr std::uint64_t kClosest = 0x3ffff;
 constexpr std::size_t kMostPoints = 8, kTilts = 8;
-// Of the sizes: what is deeper than all corners by less is left to them, so that points do not come
-// and go with what stands; and how deep along a face a piece may be to be touched there without a
-// look at other ways out.
+// Fractions of the sizes. kAgree: a point deeper than all corners by less is left out, so that
+// points do not come and go on a body at rest. kShallow: depth along a face up to which no other
+// separating direction is tried.
 constexpr Real kAgree = 1e-6, kShallow = 5e-3;
 constexpr Real kSnap = 1e-4;  // rad: nearer to a face's normal than this, that normal is tried
-// Of the size: points of a tilted piece that are nearer to their neighbours count once, since on a
-// smooth place tilting only rolls it; how far beside a line another is still over it, and how far
-// beyond a rim a corner is.
+// Fraction of the size: support points of tilted directions that are closer count once, since on a
+// smooth surface a tilt only rolls the point; also the tolerance beside a line and beyond a rim.
 constexpr Real kSame = 0.01;
 
 /// Two directions at right angles to a unit vector.
@@ -31,7 +30,7 @@ Real tilt_of(const Convex& c, Real margin) {
   return glm::clamp(c.size > 0 ? 2 * margin / c.size : Real(0), Real(2e-3), Real(0.3));
 }
 
-/// Of a kind that is known by its support function alone.
+/// The patch of a kind that has a support function only.
 void tilted_patch(const Convex& c, const Towards& towards, Patch& p) {
   const auto [u, v] = across(towards.direction);
   const Real same = kSame * c.size;
@@ -52,7 +51,8 @@ void smooth_patch(const Convex& c, const Towards& towards, Patch& p) {
   for (std::size_t i = 0; i < p.count; ++i) p.points[i] = c.origin + c.rotation * p.points[i];
 }
 
-/// Of a piece with corners: its face, all of an edge unless that is seen from its end, or a point.
+/// The patch of a piece with corners: a face, both ends of an edge unless it is seen end-on, or a
+/// point.
 void cornered_patch(const Convex& c, Vec3 direction, Patch& p) {
   const Face* face = nullptr;
   Real most = -2;
@@ -81,7 +81,7 @@ void patch_of(const Convex& c, Vec3 direction, Real margin, Patch& p) {
   cornered_patch(c, direction, p);
 }
 
-/// A patch seen along the normal: corners in its plane, and their heights.
+/// A patch projected along the normal: corners in its plane, and their heights.
 struct Flat {
   struct Corner {
     Real x, y, height;
@@ -96,7 +96,7 @@ struct Flat {
   Real mean_x = 0, mean_y = 0, mean_height = 0;
 };
 
-/// Axes of a patch's plane and the normal, and what its numbers count from.
+/// Axes of the patch's plane and the normal, and the first label of its corners.
 struct Seen {
   std::array<Vec3, 3> frame;
   std::uint32_t label;
@@ -127,7 +127,7 @@ void flatten(const Convex& c, const Patch& patch, const Seen& seen, Flat& f) {
     f.area = 0;
 }
 
-/// The height of a patch over (x, y), if that is on it.
+/// The height of a patch at (x, y), if that point is on it.
 std::optional<Real> height_at(const Flat& f, Real x, Real y) {
   if (f.area == 0) {
     if (f.count != 2) return std::nullopt;
@@ -164,8 +164,8 @@ struct Clip {
   }
 };
 
-/// Corners of one patch over the other, and crossings of their borders, unless all of one is over
-/// the other.
+/// Adds corners of one patch over the other, and crossings of their borders unless all corners of
+/// one are over the other.
 void clip(const Clip& k) {
   const std::size_t first = k.out.size();
   std::size_t over = 0;
@@ -215,7 +215,7 @@ struct Touch {
   Real radii() const { return a.radius + b.radius; }
 };
 
-/// What the pieces turn towards each other along a normal.
+/// The patches that the pieces turn towards each other along a normal.
 struct Fronts {
   Fronts(const Touch& k, Vec3 normal) {
     const auto [u, v] = across(normal);
@@ -226,7 +226,7 @@ struct Fronts {
     patch_of(k.b, normal, k.out.margin, patch);
     flatten(k.b, patch, {frame, kOfB}, b);
   }
-  /// The height of a patch at the place above or below which `p` is, if that is on it.
+  /// The height of a patch above or below `p`, if that is on it.
   std::optional<Real> height(const Flat& flat, Vec3 p) const {
     return height_at(flat, glm::dot(frame[0], p), glm::dot(frame[1], p));
   }
@@ -234,7 +234,7 @@ struct Fronts {
   Flat a, b;
 };
 
-/// Adds what the fronts share; the least gap of the cores there.
+/// Adds the points where the patches overlap. Returns the least gap of the cores there.
 Real add_shared(const Touch& k, const Fronts& fronts) {
   auto& points = k.out.points;
   const std::size_t from = points.size();
@@ -261,7 +261,7 @@ struct BestFace {
   Vec3 normal{0};     // from b to a
   Real gap = -1e300;  // m, of the cores
   bool is_of_b = true;
-  Vec3 farthest{0};  // of the other piece
+  Vec3 farthest{0};  // support point of the other piece
 };
 
 BestFace best_face(const Touch& k) {
@@ -280,8 +280,8 @@ BestFace best_face(const Touch& k) {
   return best;
 }
 
-/// Whether a flat face decides how the pieces touch: no direction parts them more than the normal
-/// of a face which the other's farthest point is over. Then their points have been added.
+/// Whether a flat face decides the contact; its points are added then. No direction separates the
+/// pieces more than the normal of a face that the other's support point is over.
 bool touch_face(const Touch& k) {
   const BestFace face = best_face(k);
   if (face.gap - k.radii() > k.out.margin) return true;
@@ -301,7 +301,7 @@ bool touch_face(const Touch& k) {
   return true;
 }
 
-/// A ball and a kind that knows its nearest points.
+/// Collides a ball with a kind that computes its nearest points.
 void touch_ball(const Touch& k) {
   const bool a_is_ball = !k.a.smooth;
   const Convex &ball = a_is_ball ? k.a : k.b, &other = a_is_ball ? k.b : k.a;
@@ -313,8 +313,8 @@ void touch_ball(const Touch& k) {
                            : Separation{on, ball.points[0], -out, near->distance});
 }
 
-/// Takes a face's normal instead where that parts the pieces more, or is all but the same and keeps
-/// them as far apart: it has fewer rounding errors.
+/// Replaces the normal by a face's normal if that separates the pieces more, or is almost the same
+/// and separates them as much: a face's normal has fewer rounding errors.
 void snap_to_face(const Touch& k, Separation& apart) {
   const BestFace face = best_face(k);
   const bool is_same = glm::distance(face.normal, apart.normal) <= kSnap;
@@ -378,7 +378,7 @@ Separation from_point(const Convex& piece, Vec3 p, Real limit) {
 std::optional<RayEntry> cast_at(const Convex& piece, Vec3 from, Vec3 way, Real limit) {
   const Real close = 1e-10 * piece.size;
   RayEntry entry;
-  // The piece lies beyond the plane at its nearest point: as far as that nothing is met.
+  // The plane at its nearest point separates the piece from the ray up to there.
   for (int round = 0; round < 200; ++round) {
     const Separation apart = from_point(piece, from + entry.distance * way, 1e300);
     if (round == 0 && apart.distance < 0) return std::nullopt;

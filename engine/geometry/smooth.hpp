@@ -1,6 +1,6 @@
 #pragma once
 /// Convex pieces known by their support functions alone: distance, overlap, contact points and rays
-/// for kinds that give no corners.
+/// for kinds without corners.
 #include <optional>
 #include <span>
 #include <vector>
@@ -10,22 +10,21 @@
 
 namespace pantin::detail {
 
-/// How far two cores are apart, overlapping ones too.
+/// Distance of two cores, negative where they overlap.
 struct Separation {
-  Vec3 on_a{0}, on_b{0};   // the points that are nearest, or deepest
+  Vec3 on_a{0}, on_b{0};   // the nearest, or deepest, points
   Vec3 normal{0, 1, 0};    // unit, from b to a
   Real distance = 0;       // m, below 0: overlap
   bool is_beyond = false;  // farther apart than the limit: only the normal is known
 };
 
-/// The separation of two cores, with the normal along which it is largest. Distances by Gilbert,
-/// Johnson and Keerthi's walk, deep overlaps by expanding a polytope towards the nearest side, and
-/// where the pieces are close or overlap, both from some way apart. The way out that is given
-/// suffices always; of several, among which a small turn does not lead from one to the other, it
-/// may be another than the least. [Gilbert, Johnson & Keerthi 1988; Bergen 2001]
+/// The separation of two cores along the normal where it is largest. Distances by GJK, deep
+/// overlaps by EPA (expanding polytope). Pieces that are close or overlap are moved apart for the
+/// distance query. The result always separates the pieces; it may be a local optimum rather than
+/// the least. [Gilbert, Johnson & Keerthi 1988; Bergen 2001]
 Separation separate(const Convex& a, const Convex& b, Real limit);
 
-/// Points of a core, and their numbers where those are not their places in the list.
+/// Points of a core, and their numbers where these differ from the indices.
 struct Corners {
   std::span<const Vec3> points;
   std::span<const std::uint32_t> numbers = {};
@@ -34,7 +33,7 @@ struct Corners {
 };
 
 /// The points of a core; of a smooth one those that may come within `margin` (m) of a plane that it
-/// faces along `direction`: what it turns there, and the farthest.
+/// faces along `direction`: its patch there, and the support point.
 Corners corners_towards(const Convex& c, Vec3 direction, Real margin, Patch& scratch);
 
 /// As collide_convex(), where one of the pieces or both are smooth.
