@@ -17,7 +17,7 @@ Vec3 turned(Vec3 v, Real angle) {
   return {c * v.x - s * v.y, s * v.x + c * v.y, 0};
 }
 
-/// The corner that lies farthest along a normal, and the whole turns of it.
+/// The support corner of a normal, and the normal's whole turns.
 struct Support {
   std::size_t corner = 0;
   Real turns = 0;
@@ -29,7 +29,7 @@ Support support_of(const BeltOutline& o, Real normal) {
   return {static_cast<std::size_t>(at - o.normals.begin()), turns};
 }
 
-/// The outward normal where a belt of a direction touches, in the world, rad.
+/// The outward normal at which a belt of a given direction touches, world, rad.
 Real normal_at(const BeltPlace& p, Real direction) { return direction - p.sense * kPi / 2; }
 
 Vec3 touch_of(const BeltPlace& p, Real direction) {
@@ -42,8 +42,8 @@ Vec3 touch_of(const BeltPlace& p, Real direction) {
 Real nearest(Real angle, Real near) { return near + std::remainder(angle - near, 2 * kPi); }
 Real angle_of(Vec3 v) { return std::atan2(v.y, v.x); }
 
-/// Aims from touch to touch: as both move along the line at most, this closes in as Newton's
-/// method.
+/// Fixed-point iteration of the direction between the touching points. To first order these move
+/// along the line only, so it converges like Newton's method.
 Real aim(const BeltPlace& a, const BeltPlace& b, Real angle) {
   for (int i = 0; i < kMostTries; ++i) {
     const Real next = nearest(angle_of(touch_of(b, angle) - touch_of(a, angle)), angle);

@@ -1,9 +1,9 @@
 #pragma once
-/// The way of a taut belt round pulleys in the plane of x and y.
+/// Path of a taut belt around pulleys in the plane of x and y.
 ///
-/// A span leaves one outline and meets the next along a line that both lie on one side of. Its
-/// direction u and the points of contact p, p' follow from the outlines alone. Where nothing slips,
-/// the belt between a mark on one pulley and a mark on the next keeps its length:
+/// A span is a common tangent of two outlines, each of which is on one side of it. Its direction u
+/// and the points of contact p, p' follow from the outlines alone. Without slip, the belt between a
+/// mark on one pulley and a mark on the next keeps its length:
 ///
 ///   C = |p' - p| + s S(psi) - s' S'(psi') - C_0,    dC/dt = u . (v' - v)
 ///
@@ -37,16 +37,16 @@ struct BeltOutline {
   }
 };
 
-/// The hull of points in the plane, z left aside; no corners if they lie on one line.
+/// The hull of points in the plane, ignoring z; no corners if they are collinear.
 BeltOutline hull_outline(std::span<const Vec3> points);
 
-/// m; of all that the belt can touch.
+/// Perimeter of the outline that a belt can touch, m.
 Real perimeter_of(const BeltOutline& outline);
 
-/// Length of the outline up to an outward normal, m; it grows by the perimeter with each turn.
+/// Length of the outline up to an outward normal, m; each revolution adds the perimeter.
 Real length_up_to(const BeltOutline& outline, Real normal);
 
-/// A pulley as it stands.
+/// A pulley at its current pose.
 struct BeltPlace {
   const BeltOutline& outline;
   Vec3 centre{0};  // m
@@ -60,16 +60,16 @@ struct BeltSpan {
   Vec3 along{1, 0, 0};    // from one to the other, of unit length
   Real length = 0;        // m
   Real angle = 0;         // rad, of `along`
-  bool is_found = false;  // else the pulleys are within one another
+  bool is_found = false;  // else the pulleys overlap, or one is inside the other
 };
 
-/// `near`: its angle before; this one is within half a turn of it.
+/// `near`: the angle before; the new one is within half a turn of it.
 BeltSpan span_between(const BeltPlace& a, const BeltPlace& b, Real near);
 
 /// The belt from a mark on the first pulley to one on the second, without C_0; m.
 Real marked_length(const BeltPlace& a, const BeltPlace& b, const BeltSpan& span);
 
-/// Length of the belt on a pulley that it meets and leaves in two directions, m.
+/// Length of the belt on a pulley between the directions in which it meets and leaves it, m.
 Real wrapped_length(const BeltPlace& at, Real meets, Real leaves);
 
 /// The directions in which a belt meets and leaves a pulley, rad.

@@ -11,7 +11,7 @@
 
 namespace pantin::detail {
 
-/// Angle of wrap from which those of a first pose are found, rad: from -90 to 270 degrees.
+/// Reference for the wrap angle of a first pose, rad: allows angles from -90 to 270 degrees.
 inline constexpr Real kFirstWrap = kPi / 2;
 
 struct CableParameters {
@@ -34,8 +34,8 @@ inline Real stretch(const CableParameters& joint, const Pose& a, const Pose& b) 
   return std::max(Real(0), span - joint.length);
 }
 
-/// Of an elastic cable, compliance > 0, that is too long by `over` >= 0, m: its tension, N, the
-/// derivative of that, N/m, and what it stores, J.
+/// For an elastic cable, compliance > 0, stretched by `over` >= 0, m: tension, N, its derivative,
+/// N/m, and stored energy, J.
 inline Real tension_of(const CableParameters& joint, Real over) { return over / joint.compliance; }
 inline Real stiffness_of(const CableParameters& joint) { return 1 / joint.compliance; }
 inline Real energy_of(const CableParameters& joint, Real over) {

@@ -8,10 +8,10 @@
 namespace pantin::detail {
 namespace {
 
-/// How far pulleys that follow one another may be askew, rad, and that sine.
+/// Limit on how far consecutive pulleys may be askew, rad, and its sine.
 constexpr Real kAskew = 0.02;
 
-/// Least length of a straight part between circles, relative to their shift.
+/// Least length of a straight part between circles, as a fraction of their shift.
 constexpr Real kLeastPart = 1e-3;
 
 /// A number that changes with time: value, first and second derivative.
@@ -26,7 +26,7 @@ Jet operator*(Jet a, Jet b) {
 }
 Jet operator*(Real k, Jet a) { return {k * a.x, k * a.rate, k * a.second}; }
 
-/// f(u) from f, f' and f''.
+/// f(u), given f, f' and f''.
 struct Taylor {
   Real value, first, second;
 };
@@ -51,7 +51,7 @@ Jet angle_of(Jet x, Jet y) {
   return {std::atan2(y.x, x.x), rate, second};
 }
 
-/// The same of a vector.
+/// The same for a vector.
 struct JetVec {
   Vec3 x, rate, second;
 };
@@ -70,20 +70,20 @@ JetVec cross(const JetVec& a, const JetVec& b) {
 JetVec centre_of(const PathPoint& p) { return {p.centre, p.velocity, p.acceleration}; }
 JetVec axis_of(const PathPoint& p) { return {p.axis, p.axis_rate, p.axis_acceleration}; }
 
-/// The shift of a straight part between two circles: the radius of `one` less that of `other`, or
+/// The shift of a straight part between two circles: the radius of `one` minus that of `other`, or
 /// their sum where the cable crosses over.
 Real shift_of(const PathPoint& one, const PathPoint& other) {
   const bool crosses = other.radius > 0 && one.radius > 0 && glm::dot(one.axis, other.axis) < 0;
   return crosses ? one.radius + other.radius : one.radius - other.radius;
 }
 
-/// Places that lie within a circle count as on it.
+/// Points inside a circle count as on it.
 Real least_square(const PathPoint& one, const PathPoint& other) {
   const Real size = std::max({one.radius, other.radius, Real(1e-6)});
   return 1e-12 * size * size;
 }
 
-/// Where a cable comes from or goes to, seen from a pulley.
+/// A neighbour of a pulley along the cable, seen from the pulley.
 struct Neighbour {
   JetVec arm;            // from the pulley's centre to that of the neighbour
   Jet height, distance;  // along the pulley's axis, and from it
@@ -104,7 +104,7 @@ Neighbour neighbour_of(const PathPoint& pulley, const PathPoint& other) {
   return n;
 }
 
-/// A pulley with what is before and after it on the cable.
+/// A pulley with its neighbours along the cable.
 struct Wrap {
   Neighbour from, to;
   Jet angle;  // of wrap
@@ -119,14 +119,14 @@ Wrap wrap_at(const PathPoint& before, const PathPoint& pulley, const PathPoint& 
   return w;
 }
 
-/// The places that a cable touches, by their numbers, and how it lies there.
+/// The points that a cable touches, by their indices, and its wraps there.
 struct Touched {
   std::size_t count = 0, at[kMostPathPoints];
   Wrap wraps[kMostPathPoints];  // of those with a radius
 };
 
-/// Pulleys that would turn the cable the other way are left out, the worst first. Their angles go
-/// to `passed`, by place, where there is room.
+/// Removes pulleys with a negative angle of wrap, the worst first. Their angles go to `passed`, by
+/// index, where there is room.
 Touched touched_by(std::span<const PathPoint> path, std::span<Real> passed = {}) {
   PANTIN_ASSERT(path.size() >= 2 && path.size() <= kMostPathPoints);
   Touched t;
@@ -152,8 +152,8 @@ Touched touched_by(std::span<const PathPoint> path, std::span<Real> passed = {})
   }
 }
 
-/// The change of a pulley's arc as a neighbour's centre moves, in the pulley's frame. `sense` is -1
-/// where the cable comes from, 1 where it goes to.
+/// Gradient of a pulley's arc by the centre of a neighbour, in the pulley's frame. `sense` is -1
+/// for the neighbour before it, 1 for the one after it.
 Vec3 arc_gradient(const PathPoint& pulley, const Neighbour& n, Real sense) {
   const Vec3 out = n.arm.x - n.height.x * pulley.axis;
   const Real r = n.distance.x, tangent = std::sqrt(r * r - n.shift * n.shift);

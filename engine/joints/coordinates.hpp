@@ -1,5 +1,5 @@
 #pragma once
-/// Scalars that joints leave free, as rows: angles about the joint axes, the slide, the length.
+/// Free coordinates of joints, as rows: angles about the joint axes, the travel, the length.
 #include "engine/joints/swing.hpp"
 
 namespace pantin::detail {
@@ -20,8 +20,8 @@ inline AngularRow universal_second(const Joint& joint, const BodyState& a, const
                    relative_angular_velocity(a, b), before);
 }
 
-/// What a coordinate is unless the kind says otherwise: the twist about x, the second angle of a
-/// universal joint, the swing, how far b's anchor lies along x of a.
+/// The default of write_coordinate(): the twist about x, the second angle of a universal joint, the
+/// swing, the travel of b's anchor along x of a.
 void write_axis_coordinate(const JointState& at, Coordinate which, RowsOut out);
 
 }  // namespace pantin::detail

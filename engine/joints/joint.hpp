@@ -16,7 +16,7 @@
 
 namespace pantin::detail {
 
-/// Named by the list of kinds, kinds.hpp: JointKind::hinge. The first, 0, is the ball.
+/// The names come from the list in kinds.hpp: JointKind::hinge. The first, 0, is the ball.
 enum class JointKind : std::uint8_t;
 constexpr JointKind last_of(JointKind);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Springs, friction and motors along a coordinate of a joint, as every solver reckons them.
+/// Springs, friction and motors along a coordinate of a joint: one law for all solvers.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -20,11 +20,11 @@ LinearisedForce linearise(const Dof& dof, Real coordinate, Real rate, Slope slop
 /// Whether the force saturates: dry friction, or a motor with a cap.
 bool saturates(const Dof& dof);
 
-/// Whether every number of it is one, and friction can fade near zero rate.
+/// Whether all its numbers are valid, and dry friction is regularised near zero rate.
 bool is_sound(const Dof& dof);
 
-/// The x that solves x = freely + yield force(x) for a force that falls with x: `force` returns it
-/// and minus its derivative. Newton's method within brackets.
+/// Solves x = freely + yield force(x) for a force that decreases with x; `force` returns it and
+/// minus its derivative. Newton's method, safeguarded by a bracket.
 template <class Force>
 Real settled(Real freely, Real yield, const Force& force) {
   constexpr int kMostIterations = 30;

@@ -1,9 +1,9 @@
 #pragma once
 /// The description of a joint kind. A kind is a struct of static members in a file of its own,
-/// named in kinds.hpp; solvers, scene reader, marks and tests read it from there and from nowhere
-/// else. `Kind` has what most kinds leave as it is; a kind picks one of Turns... beside it.
+/// named in kinds.hpp; solvers, scene reader, marks and tests read nothing else. `Kind` has the
+/// defaults; a kind derives from it and from one of Turns... below.
 ///
-/// A kind needs: name, rows, freedoms, write().
+/// A kind needs: name, rows, degrees_of_freedom, write().
 #include <span>
 #include <string_view>
 
@@ -11,7 +11,7 @@
 
 namespace pantin::detail {
 
-/// Which relative turns Q a kind leaves free.
+/// Which relative rotations Q a kind leaves free.
 enum class Turns : std::uint8_t {
   freely,     // all
   about_x,    // about x
@@ -24,7 +24,7 @@ enum class Turns : std::uint8_t {
 enum CoordinateUse : std::uint8_t {
   kUnused = 0,
   kActuated = 1,  // springs, friction and motors of scene files act along it
-  kGeared = 2     // a ratio may couple it
+  kGeared = 2     // a gear may couple it
 };
 
 struct FreeCoordinate {
@@ -42,7 +42,7 @@ struct Parameter {
   std::string_view needed = "";      // the parameter's meaning, where a file has to give it
   std::string_view never_zero = "";  // why, if it must not be 0
   ParameterRange range = ParameterRange::any;
-  bool as_placed = false;  // by default the distance of the anchors at the start; one of a kind
+  bool as_placed = false;  // default: the distance of the anchors at the start; one per kind
   Real& (*value)(JointParameters&) = nullptr;
 };
 
@@ -51,7 +51,7 @@ enum class Mark : std::uint8_t {
   axis_x,
   axis_y,
   axis_z,          // lines: x of a, y of a, z of b
-  angle,           // sector of the limit of the turn, or a square where it is locked
+  angle,           // sector of the angle's limit, or a square where it is locked
   two_angles,      // likewise, of a universal joint
   cone_and_twist,  // likewise, of a ball joint
   lock,            // a square
@@ -107,19 +107,19 @@ inline Vec3 axis_x_of_a(const Joint& joint, const Pose& a) {
   return a.rotation * (joint.frames.a() * Vec3(1, 0, 0));
 }
 
-/// What a kind is unless it says otherwise.
+/// The defaults of a kind.
 struct Kind {
   /// Another word for it in scene files.
   static constexpr std::string_view alias = "";
-  /// Rows 0 to 2 are those of write_point, all others are turn rows: RowsOut::point is written.
+  /// Rows 0 to 2 are those of write_point, all others are AngularRows: RowsOut::point is written.
   static constexpr bool holds_point = false;
-  /// Nothing but the line between the anchors counts; scene files may give its ends as points.
+  /// Only the line between the anchors counts; scene files may give its ends as points.
   static constexpr bool is_line = false;
-  /// It matters how the joint axes lie.
+  /// The orientation of the joint axes counts.
   static constexpr bool uses_axes = true;
   /// Scene files can describe it.
   static constexpr bool in_files = true;
-  /// write() is given a JointState, with the turn about x of the last step, so that whole turns are
+  /// write() gets a JointState with the angle about x of the last step, so that whole turns are
   /// counted.
   static constexpr bool counts_turns = false;
   static constexpr std::span<const FreeCoordinate> coordinates = {};
@@ -132,14 +132,14 @@ struct Kind {
   static const char* fault(const Joint&) { return nullptr; }
   /// Travel per angle, m/rad, where the travel determines the angle; otherwise 0.
   static Real slide_per_turn(const Joint&) { return 0; }
-  /// Sets what follows from the parameters.
+  /// Sets derived parameters.
   static void complete(JointParameters&) {}
   static void write_coordinate(const JointState& at, Coordinate which, RowsOut out) {
     write_axis_coordinate(at, which, out);
   }
 };
 
-/// The anchors stay at one place.
+/// The anchors coincide.
 struct SharesPoint : Kind {
   static constexpr bool holds_point = true;
   static Real gap(const Joint& joint, const Pose& a, const Pose& b) {
@@ -156,7 +156,7 @@ struct SlidesAlongX : Kind {
   }
 };
 
-/// Only the distance of the anchors counts: it is the slide.
+/// Only the distance of the anchors counts: it is the travel.
 struct Line : Kind {
   static constexpr bool is_line = true, uses_axes = false;
   static Real& length(JointParameters& own) { return own.length; }
@@ -167,8 +167,8 @@ struct Line : Kind {
   }
 };
 
-// allowed(): the turn nearest to `q` that kind and limits allow. on_right_branch(): false where Q,
-// as a matrix, is a root of the rows that is not meant: an axis antiparallel to the one it should
+// allowed(): the rotation nearest to `q` that kind and limits allow. on_right_branch(): false where
+// Q, as a matrix, is a spurious root of the rows: an axis antiparallel to the one it should
 // coincide with. The second root of a universal joint is the first with both angles half a turn on.
 
 struct TurnsFreely {

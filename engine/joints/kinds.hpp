@@ -1,8 +1,8 @@
 #pragma once
-/// THE list of the kinds of joints. A new one is a file, included here, and a word in the list:
+/// The only list of joint kinds. A new kind is a file, included here, and a word in the list:
 /// names, rows, limits, keys of scene files and marks come from the file.
 ///
-/// Kinds that hold a point are known to every solver, the others to the Lagrangian solver.
+/// Every solver supports kinds that hold a point, the Lagrangian solver the others too.
 #include <functional>
 #include <string>
 
@@ -60,7 +60,7 @@ Real gap_of_rows(const Joint& joint, const Pose& a, const Pose& b) {
   return std::sqrt(sum);
 }
 
-/// The kind's own measure of how far it is open, or the size of its residual.
+/// The kind's own measure of its position error, or the norm of its residual.
 template <class K>
 constexpr auto gap_of() {
   if constexpr (requires { &K::gap; })
@@ -97,7 +97,7 @@ constexpr const char* name_of(JointKind kind) { return info_of(kind).name.data()
 /// Also by the aliases "spherical" and "revolute". False, and `kind` untouched, for any other word.
 bool joint_kind_from_name(std::string_view name, JointKind& kind);
 
-/// Names of the kinds of which something holds: "hinge, cylindrical or screw".
+/// Names of the kinds for which `holds` is true: "hinge, cylindrical or screw".
 std::string kinds_where(const std::function<bool(const JointKindInfo&)>& holds);
 
 /// Degrees of freedom of the kind, 0 to 6; 6 for a custom kind.
@@ -105,8 +105,7 @@ constexpr int degrees_of_freedom(JointKind kind) { return info_of(kind).degrees_
 /// Whether its bodies share a point.
 constexpr bool holds_point(JointKind kind) { return info_of(kind).holds_point; }
 constexpr Turns turns_of(JointKind kind) { return info_of(kind).rotations; }
-/// Whether the articulated solver knows it: besides the point there are only turns it has a model
-/// of.
+/// Whether the articulated solver supports it: it holds a point, and its rotations are not its own.
 constexpr bool is_articulated(JointKind kind) {
   return holds_point(kind) && turns_of(kind) != Turns::own;
 }

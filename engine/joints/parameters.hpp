@@ -1,6 +1,6 @@
 #pragma once
 /// Parameters of a joint besides its anchors, axes and limits: dimensions of certain kinds, and
-/// forces along its degrees of freedom. Solvers: world/faults.cpp says which knows what.
+/// forces along its degrees of freedom. world/faults.cpp lists which solver supports which.
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -94,7 +94,7 @@ struct Dof {
 
 struct JointParameters {
   Real length = 0;         // m, of kinds with such a parameter: distance, spring
-  Real pitch = 0;          // m/rad, likewise: screw, along x for each rad of turn
+  Real pitch = 0;          // m/rad, likewise: screw, along x per rad of rotation
   Dof rotation = {};       // about x: hinge, universal (of a), cylindrical, screw
   Dof translation = {};    // along x: cylindrical, prismatic; along the line: kind `spring`
   AngleLimit travel = {};  // m along x: cylindrical, prismatic, screw

@@ -48,7 +48,7 @@ struct AnchorSpan {
   Vec3 angular_velocity{0};   // of a
 };
 
-/// With what depends on velocities where `out` takes gamma.
+/// Fills the terms that depend on velocities only if `out` takes gamma.
 inline AnchorSpan span_of(const Joint& joint, const BodyState& a, const BodyState& b,
                           const RowsOut& out) {
   AnchorSpan s;

@@ -5,7 +5,7 @@
 ///   J V = dC/dt     V = (velocity, angular velocity) of both bodies, world axes
 ///   J a = gamma     gamma = -(dJ/dt) V
 ///
-/// [Nelson & Cohen; every row written anew for angular velocities, world axes]
+/// [Nelson & Cohen; every row derived for angular velocities, world axes]
 #include "engine/base/math.hpp"
 #include "engine/joints/joint.hpp"
 

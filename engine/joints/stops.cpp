@@ -7,10 +7,10 @@
 namespace pantin::detail {
 namespace {
 
-/// Of the cone: nearer to its middle no way out is the shortest.
+/// Fraction of the cone: closer to its centre the gradient is undefined.
 constexpr Real kMiddle = 1e-9;
 
-/// Of C = 1 - m^2: m - 1 by the length of its gradient.
+/// For C = 1 - m^2: m - 1 divided by the length of its gradient.
 JointStop cone_side(Real c, Vec3 along) {
   const Real m = std::sqrt(std::max(Real(0), 1 - c)), steep = glm::length(along) / (2 * m);
   if (!(m > kMiddle) || !(steep > 0)) return {-1, Vec3(0), false};

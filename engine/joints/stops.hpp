@@ -1,12 +1,12 @@
 #pragma once
-/// Limits of a joint's angles as distances: how far a joint is beyond each of them, and where to.
-/// The hard limits of `auto` and the law of a soft stop take them from here.
+/// Limits of a joint's angles as signed distances with gradients, for the hard limits of `auto` and
+/// for the law of a soft stop.
 #include "engine/joints/rows.hpp"
 
 namespace pantin::detail {
 
-/// The axes about which a kind turns that turns about one or two, in axes of the world where `a`
-/// and `b` are the joint axes of its bodies; else zero.
+/// The rotation axes, in world axes, of a kind that rotates about one or two axes; otherwise zero.
+/// `a` and `b` are the rotations of the joint axes on both bodies.
 struct FreeAxes {
   Vec3 first{0}, second{0};
 };
@@ -14,15 +14,15 @@ FreeAxes free_axes(JointKind kind, Quat a, Quat b);
 
 /// One side of a limited angle.
 struct JointStop {
-  Real beyond = 0;  // rad; negative: what is left
-  Vec3 along{0};    // its derivative by a turn of b relative to a, world axes
+  Real beyond = 0;  // rad; negative: clearance
+  Vec3 along{0};    // its derivative by a rotation of b relative to a, world axes
   bool is_watched = false;
 };
 /// The low and the high side of the angle at 0 and 1, of the second angle at 2 and 3; a cone at 2,
-/// its distance to first order. In the middle of a cone, where no way out is shorter than another,
-/// it is not watched.
+/// its distance to first order. At the centre of a cone the gradient is undefined: the cone is not
+/// watched there.
 void find_stops(const JointState& at, JointStop (&out)[4]);
-/// Of an angle that grows along `along`: the low side and the high one.
+/// The low and the high side of an angle whose gradient is `along`.
 void find_sides(const AngleLimit& limit, Real angle, Vec3 along, JointStop* out);
 
 /// Torque of the soft zones of a joint's limits on b, the opposite on a:
@@ -30,11 +30,11 @@ void find_sides(const AngleLimit& limit, Real angle, Vec3 along, JointStop* out)
 ///   -(stiffness (zone + beyond) + damping rate) along      within the zone of each side
 struct SoftStopLoad {
   Vec3 torque{0};      // N m, world axes
-  Vec3 along[2] = {};  // of the sides that act, of the angle and of what is at 2
+  Vec3 along[2] = {};  // gradients of active sides: of the angle, and of the limit at 2
   bool acts[2] = {};
 };
 SoftStopLoad soft_stop_load(const JointState& at);
-/// What the zones store, J.
+/// Energy stored in the zones, J.
 Real soft_stop_energy(const JointState& at);
 
 }  // namespace pantin::detail

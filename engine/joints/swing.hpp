@@ -3,7 +3,7 @@
 ///
 ///   C = 1 - (y/Y)^2 - (z/Z)^2,  (0, y, z) the swing's rotation vector
 ///
-/// The swing carries x of a to x of b by the angle phi, so with p, q, r the parts of b's x along
+/// The swing rotates x of a to x of b by the angle phi. With p, q, r the components of b's x along
 /// x, y, z of a and h = phi / sin phi, p = cos phi:  y = -r h,  z = q h.
 #include <algorithm>
 #include <array>
@@ -22,7 +22,7 @@ inline SwingScale swing_scale(Real p, Real sine) {
   const Real e = 1 - p;
   SwingScale out;
   if (e < 0.1) {
-    // h = sum of a_n e^n, a_n = a_(n-1) n / (2 n + 1); what is left out is below 1e-20.
+    // h = sum of a_n e^n, a_n = a_(n-1) n / (2 n + 1); the truncation error is below 1e-20.
     constexpr int kTerms = 16;
     constexpr auto a = [] {
       std::array<Real, kTerms + 1> terms{1};
