@@ -19,7 +19,7 @@ Action action(const Contact& c, Real along_tangent) {
   return {c.point, {c.normal.x + along_tangent * t.x, c.normal.y + along_tangent * t.y}};
 }
 
-/// Moments, or components across, of the load and of the third force, which must differ in sense.
+/// Moments, or components across, of the load and of the third force, which must differ in sign.
 struct Senses {
   Real load, third;
   bool concurrent;

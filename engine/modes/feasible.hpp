@@ -15,7 +15,7 @@ struct FeasibleMode {
 };
 inline constexpr Real kBoundary = 1e-9;
 
-/// The same mode by contact: what each does and bears.
+/// The same mode by contact: the status and force of each.
 SignedMode signed_mode_of(const Prepared& p, const FeasibleMode& mode, const Friction& mu);
 
 enum class Verdict : std::uint8_t {
@@ -31,20 +31,20 @@ const char* word_for(Verdict verdict);
 struct ModeSet {
   std::vector<FeasibleMode> modes;
   /// Modes whose motion or forces are not unique, and others with more or fewer contacts than those
-  /// above. Looked for only where the lamina can have some: see `degenerate`.
+  /// above. Searched only if `degenerate`.
   std::vector<SignedMode> indeterminate;
   Verdict verdict = Verdict::unique;
   bool degenerate = false;     // a candidate is singular, does not slip, ties or is on its boundary
   bool near_singular = false;  // X of a candidate is a rounding error: forces without bound
   int programs = 0;            // linear programmes solved
-  SignedModes search;          // memory
+  SignedModes search;          // scratch memory
 };
 
-/// All modes at these coefficients, and if there is none, why.
+/// All modes at these coefficients; if there is none, the verdict says why.
 void find_modes(const Prepared& p, const Friction& mu, ModeSet& out);
 
-/// The number of modes that hold whatever is undecided, without linear programmes: what maps and
-/// samples count.
+/// The number of regions that contain these coefficients, without linear programmes: for maps and
+/// samples.
 int count_modes(const Prepared& p, const Friction& mu);
 
 }  // namespace pantin::detail::modes

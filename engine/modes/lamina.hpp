@@ -41,11 +41,11 @@ struct Friction {
   static Friction same(std::span<const Real> mu) { return {mu, mu}; }
 };
 
-/// Refuses what no mode can be found for, a line for each finding: no contacts or more than
-/// kMostContacts, numbers that are not finite, normals that are not unit vectors (1e-6), contacts
-/// given twice, no load.
+/// Rejects input that has no modes, a line for each finding: no contacts or more than
+/// kMostContacts, numbers that are not finite, normals that are not unit vectors (1e-6), repeated
+/// contacts, no load.
 Result<Done> check(const Lamina& lamina);
-/// Refuses coefficients that are negative or not finite, or another number of them than contacts.
+/// Rejects coefficients that are negative or not finite, or another number of them than contacts.
 Result<Done> check(const Friction& friction, std::size_t contacts);
 
 }  // namespace pantin::detail::modes

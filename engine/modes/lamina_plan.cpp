@@ -28,14 +28,14 @@ std::string text(Real number) {
 }
 std::string text(Vec2 p) { return "[" + text(p.x + 0.0) + ", " + text(p.y + 0.0) + "]"; }  // no -0
 
-/// Where the finger starts, and if it is steady where it goes to.
+/// Moves the start of a finger's path, and the end of a steady one.
 void shift(FingerPlan& finger, Vec2 by) {
   finger.point = finger.point + by;
   finger.path[0].at = finger.point;
   if (finger.path.size() == 2) finger.path[1].at = finger.path[1].at + by;
 }
 
-/// A point finger against an outline: the edge that it touches, or that it waits off.
+/// Places a point finger on the edge of an outline that it touches, or in front of it.
 LaminaFinding place_on_edge(const LaminaPlan& lamina, FingerPlan& finger) {
   const Real tolerance = kTouch * modes::extent(lamina.outline);
   const modes::Nearest at = modes::nearest_edge(lamina.outline, finger.point, tolerance);
@@ -58,7 +58,7 @@ LaminaFinding place_on_edge(const LaminaPlan& lamina, FingerPlan& finger) {
   return std::nullopt;
 }
 
-/// A flat finger: a corner of the lamina lies on it, or before it.
+/// Places a flat finger: a corner of the lamina touches it, or is in front of it.
 LaminaFinding place_on_corner(const LaminaPlan& lamina, FingerPlan& finger) {
   const Real size = modes::extent(lamina.outline);
   Real least = 1e300;

@@ -1,7 +1,7 @@
 #pragma once
 /// A lamina and its fingers as a scene file or a program describes them, in the x-y plane of the
-/// scene, at time 0: SI units, moments about the scene's origin, counter-clockwise positive. What
-/// means nothing is refused here, for both.
+/// scene, at time 0: SI units, moments about the scene's origin, counter-clockwise positive.
+/// Invalid descriptions are rejected here, for both.
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,7 +11,7 @@
 
 namespace pantin::detail {
 
-/// Where a finger is at a time.
+/// Position of a finger at a time.
 struct Waypoint {
   Real time = 0;  // s
   modes::Vec2 at;
@@ -41,7 +41,7 @@ struct LaminaPlan {
   Vec3 load() const { return {force.x, force.y, torque + modes::cross(centre, force)}; }
 };
 
-/// Whether it is known enough to be moved: it has an outline and a mass.
+/// Whether it can be moved: it has an outline and a mass.
 inline bool is_body(const LaminaPlan& lamina) { return !lamina.outline.empty() && lamina.mass > 0; }
 
 /// The name of the body of a finger: "rod/left".
@@ -60,24 +60,24 @@ struct LaminaFault {
 };
 using LaminaFinding = std::optional<LaminaFault>;
 
-/// Refuses outlines that bound no area; turns others counter-clockwise.
+/// Rejects outlines that bound no area; reorders clockwise ones.
 LaminaFinding check_outline(std::vector<modes::Vec2>& corners);
 
-/// Lets a finger start at its point; before waypoints are added.
+/// Starts a finger's path at its point; call it before waypoints are added.
 void start_path(FingerPlan& finger);
-/// Leads it to its next waypoint; refuses times that do not grow.
+/// Appends a waypoint; rejects times that do not grow.
 LaminaFinding add_waypoint(FingerPlan& finger, const Waypoint& next);
-/// Lets it move steadily for ever, where it has no waypoints.
+/// Gives a finger without waypoints a constant velocity for ever.
 void move_steadily(FingerPlan& finger, modes::Vec2 velocity);
 
-/// Puts a finger that has a point and a path to the outline: on the edge or corner that it touches,
-/// or off it, with the edge's normal if it has none, which is (0, 0).
+/// Places a finger that has a point and a path on the edge or corner that it touches, or off the
+/// outline. A normal of (0, 0) is replaced by the edge's.
 LaminaFinding place_finger(const LaminaPlan& lamina, FingerPlan& finger);
 
-/// What another finger of the lamina is already.
+/// Faults where the finger repeats the name, or the point and normal, of another one.
 std::vector<LaminaFault> repeated(const LaminaPlan& lamina, const FingerPlan& finger);
 
-/// Refuses laminas without load.
+/// Rejects laminas without load.
 LaminaFinding check_load(const LaminaPlan& lamina);
 
 }  // namespace pantin::detail

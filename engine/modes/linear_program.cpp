@@ -91,7 +91,7 @@ Outcome descend(Tableau& t) {
   return Outcome::stalled;
 }
 
-/// Takes artificial columns out of the basis, where another can stand in.
+/// Removes artificial columns from the basis where another column can replace them.
 void expel(Tableau& t) {
   for (std::size_t i = 0; i < t.rows; ++i) {
     if (!t.artificial(t.basis[i])) continue;

@@ -70,7 +70,7 @@ Bounds bounds_of(Real t, Real size) {
 /// Whether a form may be 0.
 enum class Zero : std::uint8_t { taken, left_out };
 
-/// What a row leaves of the branches X > 0 and X < 0.
+/// The spans of a row in the branches X > 0 and X < 0.
 struct RowSpans {
   Span plus, minus;
   Real size;
@@ -140,7 +140,7 @@ class Lanes {
       }
     }
     for (std::size_t i = 0; i < count_; ++i) {
-      // Of numbers, not of truths: no branch.
+      // Integer arithmetic instead of logic: no branch.
       const std::uint32_t plus = over[i] > 0, minus = over[i] < 0;
       const std::uint32_t above = least[i] >= 0, below = most[i] <= 0;
       row.cells[i] |= row.bit & -((plus & above) | (minus & below));

@@ -52,8 +52,8 @@ struct ModeMap {
   }
 };
 
-/// Fills whole spans of every row: along a row each branch of a region is one interval. A map that
-/// is filled again takes no memory.
+/// Fills whole spans of every row: along a row each branch of a region is one interval. Refilling a
+/// map allocates nothing.
 void draw_by_spans(const Prepared& p, const Slice& slice, ModeMap& map);
 /// Evaluates every region at every pixel; the same map but for pixels on a boundary.
 void draw_by_pixels(const Prepared& p, const Slice& slice, ModeMap& map);

@@ -8,7 +8,7 @@ namespace {
 
 std::size_t after(std::size_t i, std::size_t count) { return i + 1 < count ? i + 1 : 0; }
 
-/// Which side of the line from a to b.
+/// The side of the line from a to b on which p is: 1 left, -1 right, 0 on it.
 int side(Vec2 a, Vec2 b, Vec2 p) {
   const Real turn = cross(b - a, p - a);
   return (turn > 0) - (turn < 0);
@@ -78,7 +78,7 @@ bool is_convex(std::span<const Vec2> corners) {
   return true;
 }
 
-/// By ears.
+/// By ear clipping.
 std::vector<std::vector<Vec2>> convex_pieces(std::span<const Vec2> outline) {
   std::vector<Vec2> corners(outline.begin(), outline.end());
   if (is_convex(outline)) return {std::move(corners)};

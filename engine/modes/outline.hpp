@@ -36,7 +36,7 @@ struct Edge {
 };
 Edge edge_of(std::span<const Vec2> corners, std::size_t edge);
 
-/// The place of an outline that is nearest to a point.
+/// The point of an outline that is nearest to a given one.
 struct Nearest {
   std::size_t edge = 0;
   Real distance = 0;       // m, 0 or more

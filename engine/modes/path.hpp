@@ -1,5 +1,5 @@
 #pragma once
-/// How much friction a motion bears that was planned without any.
+/// How much friction a motion tolerates that was planned without friction.
 #include <limits>
 
 #include "engine/modes/prepare.hpp"
@@ -10,7 +10,7 @@ namespace pantin::detail::modes {
 struct PathBound {
   int poses = 0;
   int without_plan = 0;  // poses at which no mode of three sliding contacts holds without friction
-  /// The mode holds at every pose for all coefficients from 0 to this, each for itself.
+  /// The mode holds at every pose for all coefficients from 0 to this, independent of each other.
   Real each = std::numeric_limits<Real>::infinity();
   /// It holds for one coefficient common to all contacts, from 0 to this.
   Real common = std::numeric_limits<Real>::infinity();

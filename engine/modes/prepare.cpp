@@ -88,7 +88,7 @@ Real slip_of(const Prepared& p, std::size_t i, const Trial& t) {
   return glm::dot(p.tangent[i], t.twist) - p.tangent_velocity[i];
 }
 
-/// Determinants of wrenches scale with length once.
+/// Determinants of wrenches are proportional to length.
 void scale(Region& r, Real length) {
   for (Real& x : r.divisor) x *= length;
   for (auto& f : r.forms)

@@ -1,5 +1,5 @@
 #pragma once
-/// What of a lamina's contact modes does not depend on friction: motions, slips, regions.
+/// The part of a lamina's contact modes that is independent of friction: motions, slips, regions.
 #include <vector>
 
 #include "engine/modes/region.hpp"

@@ -8,7 +8,7 @@
 namespace pantin::detail::modes {
 namespace {
 
-/// Neighbours in pairs, which are one register.
+/// Evaluates neighbouring coefficients in pairs, which fit one register.
 Real affine(const Real* f, Real x, Real y) {
   Real pair[2];
   for (int i = 0; i < 2; ++i) pair[i] = f[i] + y * f[i + 2];
@@ -50,7 +50,7 @@ struct Breakpoints {
   void add_divisor(const Cubic& x) { add_all(x, At{0, true}); }
   void sort() {
     std::sort(list.begin(), list.begin() + count, [](At a, At b) { return a.t < b.t; });
-    // Roots that rounding has parted are one.
+    // Merges roots that differ by rounding.
     std::size_t kept = 0;
     for (std::size_t i = 0; i < count; ++i) {
       if (kept > 0 && list[i].t - list[kept - 1].t <= 1e-13 * std::max(1.0, list[i].t))
@@ -111,13 +111,13 @@ Values magnitudes(const Region& r, const OwnFriction& m) {
 
 namespace {
 
-/// 1 or -1 where X and all forms agree in sign, forms may be 0; otherwise 0. No branches: which way
-/// it goes is anybody's guess.
+/// 1 or -1 where X and all forms agree in sign, forms may be 0; otherwise 0. No branches, since the
+/// outcome is unpredictable.
 template <std::size_t N>
 int agreed(Real x, const std::array<Real, N>& forms) {
   Real least = forms[0], most = forms[0];
   for (const Real f : forms) least = f < least ? f : least, most = f > most ? f : most;
-  // Of numbers, not of truths: no branch.
+  // Integer arithmetic instead of logic: no branch.
   const int plus = x > 0, minus = x < 0, above = least >= 0, below = most <= 0;
   return (plus & above) - (minus & below);
 }

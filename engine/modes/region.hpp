@@ -98,8 +98,8 @@ Intervals intervals_along(const Region& r, const Line& line);
 /// The same for one coefficient common to all contacts.
 Intervals equal_friction(const Region& r);
 
-/// The largest m such that the mode has forces whenever its coefficients are within [0, m], each
-/// for itself; 0 if it has none without friction; may be infinite.
+/// The largest m such that the mode has forces whenever each of its coefficients is within [0, m];
+/// 0 if it has none without friction; may be infinite.
 Real cube_bound(const Region& r);
 
 enum class BoxVerdict : std::uint8_t { inside, outside, undecided };

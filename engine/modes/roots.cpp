@@ -14,7 +14,7 @@ Real magnitude(const Polynomial& p, Real t) {
   return ((std::abs(p[3]) * t + std::abs(p[2])) * t + std::abs(p[1])) * t + std::abs(p[0]);
 }
 
-/// The only root between two places where the signs differ.
+/// The only root between two points of different sign.
 Real between(const Polynomial& p, Real low, Real high) {
   const bool rises = at(p, low) < 0;
   Real t = (low + high) / 2;
@@ -24,7 +24,7 @@ Real between(const Polynomial& p, Real low, Real high) {
     ((value < 0) == rises ? low : high) = t;
     const Real slope = (3 * p[3] * t + 2 * p[2]) * t + p[1];
     const Real newton = t - value / slope;
-    // Newton's step where it stays between, else half way.
+    // Newton's step where it stays between, else bisection.
     const Real next = newton > low && newton < high ? newton : low + (high - low) / 2;
     if (next == t || std::abs(next - t) <= 1e-16 * t) return next;
     t = next;

@@ -7,7 +7,7 @@
 namespace pantin::detail::modes {
 namespace {
 
-constexpr Real kStrict = 1e-9;  // by which what must not be 0 is not, velocities in `speed`
+constexpr Real kStrict = 1e-9;  // least excess of strict inequalities, velocities in `speed`
 
 /// Motions that meet equations, weak and strict inequalities: the dual of
 ///   maximise s <= 1,  k q = d,  a q >= e,  a q - s >= e.
@@ -23,7 +23,7 @@ class Motion {
   void at_least(Vec3 a, Real e) { lp_.add({-a.x, -a.y, -a.z, 0}, -e); }
   void above(Vec3 a, Real e) { lp_.add({-a.x, -a.y, -a.z, 1}, -e); }
 
-  /// The motion that is farthest from every strict bound.
+  /// The motion with the largest margin in the strict inequalities.
   bool find(Vec3& twist, Outcome& outcome) const {
     const Optimum best = solve(lp_);
     outcome = best.outcome;
@@ -73,7 +73,7 @@ class Balance {
   Real size_;
 };
 
-/// The null direction of up to three independent rows, and their rank.
+/// Orthonormal basis of the space of rows, and its rank.
 struct RowSpace {
   int rank = 0;
   std::array<Vec3, 3> basis;  // orthonormal
@@ -106,7 +106,7 @@ class Search {
   }
 
  private:
-  /// Solved programmes are counted; the search ends where one stalls or they become too many.
+  /// Counts solved programmes; the search ends where one stalls or they become too many.
   bool may_go_on(Outcome outcome) {
     if (outcome == Outcome::stalled || ++out_.programs >= kMostPrograms) out_.complete = false;
     return out_.complete;

@@ -6,14 +6,14 @@ namespace pantin::detail::modes {
 namespace {
 
 constexpr Real kTouching = 1e-9;   // of the outline's extent
-constexpr Real kSharp = 1e-12;     // of a step: how sharply the end of a mode is found
+constexpr Real kSharp = 1e-12;     // of a step: tolerance of the end of a mode
 constexpr Real kStraight = 1e-6;   // of a stretch: a part this short is straight to 1e-12
 constexpr Real kDwell = 1.0 / 16;  // of a step: how long a mode is kept where switches pile up
 constexpr Real kShort = 1e-6;      // of a step: stretches below are piling up
 constexpr int kMostShort = 2, kMostSwitches = 200;
 constexpr Real kSameRatio = 0.02, kRest = 0.01;  // see PileUp
 
-/// The end of a mode is between two times of a stretch.
+/// Bracket of the end of a mode, as times within a stretch.
 struct Stretch {
   Real good = 0, bad = 0;  // s: it holds, it does not
   Real slack_good = 0, slack_bad = 0;
@@ -25,8 +25,8 @@ struct Stretch {
   void narrow(Real at, const Slack& s);
 };
 
-/// Switches that come ever faster. Stretches that shrink by one ratio end in a point: where that is
-/// nearer than a part of the step, what is left of them is not followed.
+/// Detects switches that come ever faster. Stretches that shrink by a constant ratio converge to a
+/// point in time. Where that is closer than kRest of the step, the remaining ones are not followed.
 struct PileUp {
   Real step = 0;  // s
   std::array<Real, 3> last{};
@@ -45,8 +45,8 @@ struct PileUp {
   }
 };
 
-/// How far a mode is from its bounds: the least of X and the forms on a branch, relative to their
-/// terms; below 0 outside.
+/// Margin of a mode: the least of X and the forms on a branch, relative to their terms; below 0
+/// outside.
 Real margin(const Region& r, const OwnFriction& m, int branch) {
   const Values v = values(r, m), size = magnitudes(r, m);
   Real least = branch * v.divisor / size.divisor;
@@ -55,7 +55,7 @@ Real margin(const Region& r, const OwnFriction& m, int branch) {
   return least;
 }
 
-/// Rows k q = d of a motion. Three independent ones are kept, the farthest from the others first.
+/// Rows k q = d of a motion. solve() uses three independent ones, the most independent first.
 struct RowSet {
   std::array<Vec3, 2 * kMostContacts> rows;
   std::array<Real, 2 * kMostContacts> right;
@@ -91,7 +91,7 @@ Vec3 row_of(Vec2 point, Vec2 along, Vec2 about) {
 bool has(std::uint32_t set, std::size_t i) { return set >> i & 1; }
 std::uint32_t kept(const Signs& s) { return s.roll | s.plus | s.minus; }
 
-/// The twist at a point, told about the origin.
+/// A twist about a point, expressed about the origin.
 Vec3 about_origin(Vec3 twist, Vec2 at) {
   return {twist.x + twist.z * at.y, twist.y - twist.z * at.x, twist.z};
 }
@@ -142,7 +142,7 @@ bool Stepper::find_twist(const Moment& now, Vec3& twist) const {
   return true;
 }
 
-/// Closes the gaps of the contacts that are kept; rolling ones do not slip by it.
+/// Closes the gaps of the contacts that are kept, without slip of rolling ones.
 void Stepper::close(Moment& now) const {
   RowSet rows;
   const Vec2 about = now.finger_at(motion.touches.list[0].finger);
@@ -184,7 +184,7 @@ bool Stepper::advance(Moment& now, Real h) const {
   return true;
 }
 
-/// Whether the mode holds here still, its forces and its slips.
+/// Whether the forces and slips of the mode still hold.
 Slack Stepper::forces_hold(const Moment& now) {
   prepare_at(now);
   const Friction mu{{roll_.data(), prepared_.count}, {slide_.data(), prepared_.count}};
@@ -207,7 +207,7 @@ Slack Stepper::forces_hold(const Moment& now) {
   return {};
 }
 
-/// Whether no finger has come to the lamina, and none has left its edge.
+/// Whether no other finger has reached the lamina, and no contact has left its edge.
 Slack Stepper::contacts_stay(const Moment& before, const Moment& now) const {
   std::uint32_t touching = 0;
   const Real size = tolerance_ / kTouching;
@@ -236,7 +236,7 @@ Slack Stepper::holds(const Moment& before, const Moment& now) {
   return {forces.holds, std::min(forces.value, contacts.value)};
 }
 
-/// Brings two moments at which a mode holds and does not together. The way between is straight.
+/// Bisects between two moments at which a mode holds and does not. The path between is straight.
 void Stepper::sharpen(const Moment& start, Moment& low, Moment& high, Real sharp) {
   while (high.time - low.time > sharp) {
     Moment middle = low;
@@ -248,8 +248,8 @@ void Stepper::sharpen(const Moment& start, Moment& low, Moment& high, Real sharp
   }
 }
 
-/// Where to look for the end of a mode next: by the rule of false position (Illinois) where slacks
-/// are known at both ends, else in the middle.
+/// The next time to test for the end of a mode: by the rule of false position (Illinois) where
+/// margins are known at both ends, else in the middle.
 Real Stretch::next(Real sharp) const {
   const Real middle = (good + bad) / 2;
   if (!(slack_good >= 0 && slack_bad < 0) || tries % 4 == 3) return middle;
@@ -270,7 +270,8 @@ void Stretch::narrow(Real at, const Slack& s) {
   last_was_good = s.holds;
 }
 
-/// Moves on while the mode holds, at most so long; how long it was. An end is found to `sharp`.
+/// Advances while the mode holds, at most by `longest`; returns how long. Its end is found to
+/// `sharp`.
 Real Stepper::go(Moment& now, Real longest, Real sharp) {
   const Moment start = now;
   const auto try_for = [&](Real h) -> Slack {
@@ -322,7 +323,7 @@ bool Stepper::take(const Moment& now, const SignedMode& mode) {
   return motion.is_known = find_twist(now, motion.twist);
 }
 
-/// The mode to go on in; false where there is none.
+/// Chooses the mode to continue in; false where there is none.
 bool Stepper::choose(const Moment& now, StepEnd& end) {
   const Touches before = motion.touches;
   const Signs last = motion.signs;
@@ -386,7 +387,7 @@ StepEnd Stepper::step(const Part& part, std::span<const Finger> fingers, Real du
       end.ending = Ending::zeno;
       break;
     }
-    if (piles_up) {  // it goes on by turns
+    if (piles_up) {  // modes alternate
       Moment next = now;
       if (!advance(next, std::min(kDwell * duration, duration - now.time))) break;
       now.place(next.placed), now.time = next.time;
@@ -402,7 +403,7 @@ StepEnd Stepper::step(const Part& part, std::span<const Finger> fingers, Real du
 
 namespace {
 
-/// Moves a lamina so that contacts are closed, each in turn by the least motion.
+/// Moves a lamina to close its contacts, one after another, each by the least motion.
 void close_all(Moment& now, const Touches& touches, Real size) {
   constexpr int kMostSweeps = 200;
   for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
@@ -420,7 +421,7 @@ void close_all(Moment& now, const Touches& touches, Real size) {
   }
 }
 
-/// The greatest difference of two motions anywhere on the outline, m/s.
+/// The largest velocity difference of two motions on the outline, m/s.
 Real apart(const Moment& now, Vec3 p, Vec3 q) {
   const Vec3 d = p - q;
   Real most = 0;
@@ -456,7 +457,7 @@ bool Stepper::resume(const Part& part, std::span<const Finger> fingers, const Fo
   return false;
 }
 
-/// Of the stable modes that hold here the one that moves most like what was found.
+/// Takes the stable mode whose motion is most similar to a given one.
 bool Stepper::take_nearest(const Moment& now, const Found& found) {
   prepare_at(now);
   const Friction mu{{roll_.data(), prepared_.count}, {slide_.data(), prepared_.count}};

@@ -10,7 +10,7 @@ namespace pantin::detail::modes {
 /// Why a step ended.
 enum class Ending : std::uint8_t {
   done,
-  no_mode,      // StepEnd::verdict tells why: dynamics must go on from here
+  no_mode,      // StepEnd::verdict says why: dynamics must continue from here
   free_motion,  // the modes that hold leave the motion open
   at_corner,    // a point finger is at a convex corner, where it has no normal
   crowded,      // more than kMostContacts contacts
@@ -19,17 +19,17 @@ enum class Ending : std::uint8_t {
 };
 const char* word_for(Ending ending);
 
-/// What to do where quasi-statics leaves the motion open: several modes hold and none of them holds
-/// already, or modes switch without end.
+/// What to do where quasi-statics leaves the motion open: several modes hold, of which none was the
+/// last one, or modes switch without end.
 enum class Doubt : std::uint8_t {
-  decide,  // the stable mode (index +1) that is farthest from its bounds; switches by turns
+  decide,  // the stable mode (index +1) of the largest margin; modes alternate
   stop     // unless one mode alone is stable
 };
 
 struct StepEnd {
   Ending ending = Ending::done;
   Verdict verdict = Verdict::unique;  // where the step began, or ended early
-  Real time = 0;                      // s, how far it came
+  Real time = 0;                      // s, reached
   int switches = 0;                   // of the mode
   bool zeno = false;                  // they came faster than can be followed
   std::size_t choices = 0;            // most modes that held at once
@@ -55,7 +55,7 @@ struct Motion {
   }
 };
 
-/// Where a lamina is, and how fast it moves, not by modes: see Stepper::resume().
+/// A pose and motion of a lamina that were not found by modes: see Stepper::resume().
 struct Found {
   Placement placed;
   Vec3 twist{0};   // about the scene's origin
@@ -63,30 +63,30 @@ struct Found {
   std::uint32_t fingers = UINT32_MAX;  // those that touch, a bit each
 };
 
-/// Whether a mode holds, and how far it is from where it does not.
+/// Whether a mode holds, and its margin.
 struct Slack {
   bool holds = false;
   Real value = std::numeric_limits<Real>::quiet_NaN();  // below 0 where it does not; NaN: unknown
 };
 
-/// Copying it is a snapshot. Steps take no memory after the first ones.
+/// A copy is a snapshot. Steps allocate nothing after the first ones.
 class Stepper {
  public:
   Placement placed;
   Motion motion;  // of the last stretch, as at its start
   Doubt doubt = Doubt::decide;
 
-  /// Moves on by `duration` (s), or as far as there is an answer. A mode is kept as long as it
-  /// holds; of several others it is the one of index +1 that is farthest from its bounds. Ends of
-  /// modes are found to 1e-12 of the step.
+  /// Advances by `duration` (s), or until no mode is found. A mode is kept as long as it holds;
+  /// then the one of index +1 with the largest margin follows. Ends of modes are located to 1e-12
+  /// of the step.
   StepEnd step(const Part& part, std::span<const Finger> fingers, Real duration);
 
-  /// Goes on from a motion found otherwise in the mode that moves most alike, at the place moved so
-  /// that contacts of these fingers within 1 % of the outline's extent are closed. False, and
-  /// nothing happens, if no stable mode moves like it.
+  /// Continues from a given motion, in the stable mode whose motion is most similar. The lamina is
+  /// moved so that contacts of these fingers within 1 % of the outline's extent are closed. False,
+  /// without effect, if no stable mode is similar enough.
   bool resume(const Part& part, std::span<const Finger> fingers, const Found& found);
 
-  /// Takes the memory of steps with so many contacts.
+  /// Reserves memory for steps with this many contacts.
   void reserve(std::size_t contacts);
 
  private:

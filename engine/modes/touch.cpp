@@ -6,7 +6,7 @@
 namespace pantin::detail::modes {
 namespace {
 
-/// A finger's point where the lamina stood at first.
+/// A point of the scene in the lamina's initial pose.
 Vec2 to_start(const Moment& now, Vec2 p) {
   return turned(p - now.placed.shift, now.facing.x, -now.facing.y);
 }
@@ -59,7 +59,7 @@ Touches touches_of(const Moment& now, Real tolerance) {
       all.list[all.count++] = touch;
       ++of_this;
       if (now.fingers[i].flat || of_this != 2) continue;
-      // Two edges at once: a convex corner has no normal; at a reflex one both bear.
+      // Two edges at once: a convex corner has no normal; at a reflex one both are contacts.
       const Touch before = all.list[all.count - 2];
       const Edge a = edge_of(now.part.outline, before.feature), b = edge_of(now.part.outline, k);
       const bool in_order = k == before.feature + 1;

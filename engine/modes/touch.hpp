@@ -5,7 +5,7 @@
 
 namespace pantin::detail::modes {
 
-/// A lamina that moves: its outline where it stood at first, and what acts on it.
+/// A moving lamina: its outline in the initial pose, and its load.
 struct Part {
   std::span<const Vec2> outline;  // corners, counter-clockwise
   Vec2 centre;                    // of mass
@@ -13,13 +13,13 @@ struct Part {
   Real torque = 0;                // N m
 };
 
-/// Where the lamina is: turned about the origin from where it stood at first, then shifted.
+/// The lamina's pose: rotated about the origin from the initial pose, then shifted.
 struct Placement {
   Vec2 shift;  // m
   Real angle = 0;
 };
 
-/// At the start of a step, through which it moves steadily.
+/// A finger at the start of a step, during which its velocity is constant.
 struct Finger {
   Vec2 at, velocity;
   Vec2 normal;  // of a flat one, into the lamina
@@ -54,10 +54,10 @@ struct Moment {
 };
 
 Contact contact_of(const Moment& now, Touch touch);
-/// m; below 0 where the finger is in the lamina.
+/// Gap of a contact, m; below 0 where the finger is in the lamina.
 Real gap_of(const Moment& now, Touch touch);
-/// How far the finger is from the nearer end of its edge, m; below 0 beyond it. Of a flat finger
-/// without bound: it is as long as needed.
+/// Distance of the finger from the nearer end of its edge, m; below 0 beyond it. Infinite for a
+/// flat finger.
 Real left_on_edge(const Moment& now, Touch touch);
 /// The load in SI units about the world's origin.
 Vec3 load_of(const Moment& now);
@@ -78,7 +78,7 @@ struct Touches {
   const Touch* begin() const { return list.data(); }
   const Touch* end() const { return list.data() + count; }
 };
-/// All that is nearer than `tolerance` (m), finger by finger.
+/// All contacts with a gap of at most `tolerance` (m), finger by finger.
 Touches touches_of(const Moment& now, Real tolerance);
 /// The least gap of a finger, m.
 Real least_gap(const Moment& now, std::size_t finger);

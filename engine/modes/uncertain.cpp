@@ -10,7 +10,7 @@ constexpr Real kLeastMass = 1e-12;
 
 Real below_normal(Real x) { return std::erfc(-x / std::sqrt(2.0)) / 2; }
 Real standard(const Spread& s, Real mu) { return (mu - s.mean) / s.deviation; }
-/// From low to mu, of the distribution that is not cut off. Both tails keep their digits.
+/// From low to mu, of the distribution before truncation. Both tails keep their precision.
 Real mass(const Spread& s, Real mu) {
   const Real low = standard(s, s.low), x = standard(s, mu);
   return low > 0 ? below_normal(-low) - below_normal(-x) : below_normal(x) - below_normal(low);
@@ -49,7 +49,7 @@ std::array<Spread, 3> own_spreads(const Region& r, std::span<const Spread> sprea
   return all;
 }
 
-/// Over coefficient k, the others as in `mu`.
+/// Probability over coefficient k, the others as in `mu`.
 Real along_axis(const Region& r, const Spread& spread, OwnFriction mu, std::size_t k) {
   Line line{mu, {}};
   line.base[k] = 0, line.along[k] = 1;
@@ -79,8 +79,8 @@ Real integral(const Rolling& f, Real h) {
   return h / n0 * (t0 * first + t1 * h * second);
 }
 
-/// Of the rolling contact's coefficient, uniform within [low, high], what holds for x in [from,
-/// to].
+/// Integral over x in [from, to] of the feasible range of the rolling contact's coefficient, which
+/// is uniform within [low, high].
 Real uniform_part(const Rolling& f, const Spread& roll, Real from, Real to) {
   const Real middle = (from + to) / 2;
   const Real least = std::abs(f.t0 + f.t1 * middle) / std::abs(f.n0 + f.n1 * middle);
@@ -158,7 +158,7 @@ bool find_with(const Region& r, const Part& part, WorstCase& out) {
   return false;
 }
 
-/// Of a box that is not inside. Where all corners are feasible, X is 0 between two of them.
+/// A point of a box that is not inside. Where all corners are feasible, X is 0 between two of them.
 OwnFriction somewhere_without(const Region& r, const Part& part) {
   const OwnFriction first = corner_of(part, 0);
   const int branch = branch_of(r, first);

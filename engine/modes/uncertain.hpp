@@ -1,5 +1,5 @@
 #pragma once
-/// Contact modes when coefficients of friction are only known to lie somewhere.
+/// Contact modes when coefficients of friction are uncertain.
 ///
 /// Each contact has one coefficient, the same where it rolls and where it slides, independent of
 /// the others'.
@@ -10,12 +10,12 @@
 
 namespace pantin::detail::modes {
 
-/// Where a coefficient of friction lies.
+/// Distribution of a coefficient of friction.
 struct Spread {
   enum class Kind : std::uint8_t { exact, uniform, normal };
   Kind kind = Kind::exact;
-  Real low = 0, high = 0;        // exact: both the value. normal: where it is cut off
-  Real mean = 0, deviation = 0;  // of the normal distribution before that
+  Real low = 0, high = 0;        // exact: both the value. normal: where it is truncated
+  Real mean = 0, deviation = 0;  // of the normal distribution before truncation
 
   static Spread at(Real mu) { return {Kind::exact, mu, mu}; }
   static Spread between(Real low, Real high) { return {Kind::uniform, low, high}; }
@@ -23,9 +23,9 @@ struct Spread {
     return {Kind::normal, low, high, mean, deviation};
   }
 };
-/// Refuses bounds that are negative, not finite or the wrong way round, deviations that are not
-/// positive, normal distributions with hardly anything between their bounds, and another number of
-/// spreads than contacts.
+/// Rejects bounds that are negative, not finite or the wrong way round, deviations that are not
+/// positive, normal distributions with almost no probability between their bounds, and another
+/// number of spreads than contacts.
 Result<Done> check(std::span<const Spread> spreads, std::size_t contacts);
 /// The probability that the coefficient is at most mu.
 Real cumulative(const Spread& spread, Real mu);
@@ -43,12 +43,12 @@ struct Probability {
   int samples = 0;  // 0 for closed forms
 };
 
-/// That the mode is feasible. In closed form if at most one of its coefficients is uncertain, or
-/// for a rolling and a sliding contact that are uniform. Else one coefficient is integrated in
-/// closed form and the others are sampled: the same numbers for the same seed.
+/// Probability that the mode is feasible. Closed form if at most one of its coefficients is
+/// uncertain, or for a rolling and a sliding contact that are uniform. Otherwise one coefficient is
+/// integrated in closed form and the others are sampled. The same seed gives the same numbers.
 Probability probability(const Region& r, std::span<const Spread> spreads, const Sampling& sampling);
 
-/// That no mode is feasible, exactly one, or several; sampled together.
+/// Probabilities that no mode is feasible, exactly one, or several; sampled together.
 struct Outlook {
   std::vector<Probability> modes;  // for each of Prepared::regions
   Probability none, unique, ambiguous;
@@ -65,10 +65,10 @@ struct WorstCase {
   // without bound.
   OwnFriction with{}, without{};
   Real largest_force = 0;  // N, of all its normal forces, if it is always feasible
-  int boxes = 0;           // looked at
+  int boxes = 0;           // evaluated
 };
 /// Exact statements, by corners of boxes that are halved at most `most_boxes` times; unknown if
-/// that does not decide. `low` and `high` are own coefficients of the region.
+/// that is not conclusive. `low` and `high` are own coefficients of the region.
 WorstCase worst_case(const Region& r, const OwnFriction& low, const OwnFriction& high,
                      int most_boxes = 4096);
 
