@@ -13,7 +13,7 @@ constexpr std::size_t kMostOnSurface = 16;
 constexpr std::uint32_t kNone = UINT32_MAX;
 constexpr std::uint64_t kFeatureBits = 18;  // of two convex pieces; the triangle goes above
 
-constexpr std::uint64_t kFromWithin = 0x1ff << 9;  // unlike any side of a clipped corner
+constexpr std::uint64_t kFromWithin = 0x1ff << 9;  // differs from any side of a clipped corner
 
 constexpr std::array<std::uint32_t, 3> kCorners{0, 1, 2};
 constexpr std::array<std::array<std::uint32_t, 2>, 3> kEdges{{{0, 1}, {1, 2}, {2, 0}}};
@@ -71,10 +71,10 @@ void collide_triangle(const OnSurface& k, std::uint32_t index) {
   if (!box.overlaps(k.reach)) return;
   const Tile tile(k.surface, index);
   const Face& f = tile.face;
-  // Above its plane by more than the margin: nothing of it is nearer.
+  // Above its plane by more than the margin: no point is close enough.
   const Real above = glm::dot(f.normal, k.a.extreme(-f.normal)) - f.offset;
   if (above - k.a.radius > k.margin) return;
-  // All of it below: the triangle is seen from behind.
+  // All of it below the plane: back face.
   if (glm::dot(f.normal, k.a.extreme(f.normal)) < f.offset) return;
   const Facing facing = tile.facing(k.surface);
   const std::size_t first = k.out.size();
@@ -83,7 +83,7 @@ void collide_triangle(const OnSurface& k, std::uint32_t index) {
     k.out[i].feature |= static_cast<std::uint64_t>(index) << kFeatureBits;
 }
 
-/// Pushes a out along one triangle's normal, as if the triangle's plane went on for ever.
+/// Pushes a out along the normal of one triangle, whose plane is taken as unbounded.
 void push_out(const OnSurface& k, std::uint32_t index) {
   const Tile tile(k.surface, index);
   const std::size_t first = k.out.size();
@@ -97,7 +97,7 @@ void push_out(const OnSurface& k, std::uint32_t index) {
     k.out[i].feature |= static_cast<std::uint64_t>(index) << kFeatureBits | kFromWithin;
 }
 
-/// The same points from several triangles once, and no more of them than are of use.
+/// Merges points found on several triangles, and reduces their number.
 void tidy(std::vector<ContactPoint>& out, std::size_t first, Real size) {
   std::sort(out.begin() + static_cast<std::ptrdiff_t>(first), out.end(),
             [](const ContactPoint& p, const ContactPoint& q) { return p.feature < q.feature; });
@@ -116,7 +116,7 @@ void collide_mesh(const OnSurface& k, std::vector<std::uint32_t>& triangles) {
   for (std::uint32_t t : triangles) collide_triangle(k, t);
 }
 
-/// A corner that got below the ground is pushed up along the triangle over it, however deep.
+/// Pushes up corners below the ground along the triangle over them, at any depth.
 void lift_corners(const OnSurface& k) {
   const Surface& s = k.surface;
   Patch scratch;
@@ -157,7 +157,7 @@ void collide_height_field(const OnSurface& k) {
     }
 }
 
-/// Points found in b's frame, as seen from outside.
+/// Transforms points from b's frame to the world.
 void to_outside(const Pose& at, std::vector<ContactPoint>& out, std::size_t first) {
   const Mat3 rotation = glm::mat3_cast(at.rotation);
   for (std::size_t i = first; i < out.size(); ++i) {
@@ -169,10 +169,10 @@ void to_outside(const Pose& at, std::vector<ContactPoint>& out, std::size_t firs
 }
 
 bool is_skin(const Shape& shape) { return traits_of(shape.kind).shape_class == ShapeClass::skin; }
-/// A skin that is no convex piece.
+/// A skin that is not a convex piece.
 bool is_bent(const Shape& shape) { return is_skin(shape) && !is_convex(shape); }
 
-/// One of the two, or both, is a skin that is not convex.
+/// Collides two shapes of which at least one is a skin that is not convex.
 void collide_bent(const PlacedShape& a, const PlacedShape& b, NarrowPhaseScratch& scratch,
                   const PointsOut& out) {
   const std::size_t first = out.points.size();

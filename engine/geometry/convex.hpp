@@ -22,9 +22,9 @@ struct Convex {
   std::span<const std::array<std::uint32_t, 2>> sides;  // faces left and right of each edge
   Real radius = 0;                                      // m
   Vec3 centre{0};                                       // a point inside the core
-  Real size = 0;                                        // m, half of its widest extent or so
-  // A smooth piece has no points: the support function of its kind stands for them. Of its flat
-  // faces only the planes are known.
+  Real size = 0;                                        // m, about half of its widest extent
+  // A smooth piece has no points but the support function of its kind. Its flat faces are known as
+  // planes only.
   const Shape* smooth = nullptr;
   Mat3 rotation{1};  // of a smooth piece, whose origin is at `origin`
   Vec3 origin{0};
@@ -44,7 +44,7 @@ struct Convex {
   Vec3 smooth_extreme(Vec3 direction) const;
 };
 
-/// Memory for the transformed points and faces of one piece.
+/// Scratch memory for the transformed points and faces of one piece.
 struct ConvexScratch {
   std::vector<Vec3> points;
   std::vector<Face> faces;
@@ -56,10 +56,10 @@ struct PlacedShape {
   const Pose& at;
 };
 
-/// A convex shape placed at `at`, good as long as `room` and the shape are.
+/// A convex shape at the pose `at`; valid as long as `scratch` and the shape are unchanged.
 Convex convex_piece(const Shape& shape, const Pose& at, ConvexScratch& scratch);
 
-/// Bounds of a shape at `at`; of a hull, mesh or height field those of the box around it. A plane
+/// Bounds of a shape at `at`; of a hull, mesh or height field those of its transformed box. A plane
 /// is unbounded.
 Aabb bounds_of(const Shape& shape, const Pose& at);
 
@@ -75,8 +75,8 @@ struct Nearest {
   } state = State::apart;
 };
 
-/// Distance of two cores with points by Gilbert, Johnson and Keerthi's walk over simplexes, given
-/// up when it is certain to exceed `limit`. [Gilbert, Johnson & Keerthi 1988]
+/// Distance of two cores with points by the GJK algorithm, stopped when it is certain to exceed
+/// `limit`. [Gilbert, Johnson & Keerthi 1988]
 Nearest nearest(const Convex& a, const Convex& b, Real limit);
 
 }  // namespace pantin::detail

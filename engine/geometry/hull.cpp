@@ -41,7 +41,7 @@ class Quickhull {
   void raise(std::uint32_t facet, std::uint32_t apex);
 
   std::span<const Vec3> points_;
-  Real flat_;  // m: nearer to a plane than this is in it
+  Real flat_;  // m: closer points count as in a plane
   std::vector<Facet> facets_;
 };
 
@@ -264,7 +264,7 @@ Result<std::shared_ptr<const Surface>> make_hull(std::span<const Vec3> points) {
   if (s->points.size() > kMostCorners)
     return Error{"hull has " + std::to_string(s->points.size()) +
                  " corners, expected at most 256: give fewer points"};
-  // Sides that are flat beside its length fall into one another.
+  // The faces of a very thin hull merge.
   if (s->points.size() < 4 || s->faces.size() < 4)
     return Error{"hull is too thin: beside its length, its sides lie in a plane to rounding"};
   bounds = Aabb{};

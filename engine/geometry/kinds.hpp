@@ -14,10 +14,10 @@
 
 namespace pantin::detail {
 
-/// How shapes of a kind collide, whatever else they are.
+/// Collision class of a kind.
 enum class ShapeClass : std::uint8_t {
   convex,      // one convex piece
-  half_space,  // all below y = 0, without end
+  half_space,  // all below y = 0, unbounded
   mesh,        // the inside of Surface::faces, a closed surface of triangles
   heights,     // all below a grid of heights, Surface::columns by Surface::rows
   skin,        // the inside of Surface::skin, convex or not, or an open patch of it
@@ -33,8 +33,8 @@ struct SizeKey {
   int first = 0;                   // components of Shape::size: this one, and those behind it
   int count = 1;                   // 1 or 3
   Real scale = 1;                  // what the number is multiplied by: 0.5 for whole edges
-  Real otherwise = 0;              // m, where the key is absent; 0: it must not be
-  std::string_view expected = {};  // for complaints; empty: a size
+  Real otherwise = 0;              // m, the default; 0: the key is required
+  std::string_view expected = {};  // for error messages; empty: a size
 };
 
 /// Where a ray in a shape's own frame enters it.
@@ -50,14 +50,14 @@ struct SurfacePoint {
   Real distance = 0;     // m, from the surface to the point; below 0 inside
 };
 
-/// Where a shape that rolls is touched, in its own frame.
+/// The contact of a rolling shape, in its own frame.
 struct Rolling {
   Vec3 point{0};           // m, of the surface
   Vec3 outward{0, -1, 0};  // unit
   Vec3 spin{0};            // rad/s, the shape's angular velocity
 };
 
-/// A box about the origin, grown by a radius: what spheres, capsules and boxes are.
+/// A box about the origin, grown by a radius: spheres, capsules and boxes.
 struct RoundedBox {
   Vec3 core{0};     // m, half extents
   Real radius = 0;  // m
@@ -68,8 +68,8 @@ struct ShapeTraits {
   std::string_view about;  // one line, for the schema
   ShapeClass shape_class = ShapeClass::convex;
   SurfaceSource source = SurfaceSource::none;
-  bool is_round = false;   // looks the same however it is turned
-  bool is_turned = false;  // however it is turned about its y
+  bool is_round = false;   // invariant under rotations
+  bool is_turned = false;  // invariant under rotations about y
   bool is_ground = false;  // drawn, but of less interest than what stands on it
   std::span<const SizeKey> sizes = {};
 
@@ -102,14 +102,15 @@ struct ShapeTraits {
   // None: from `support`.
   std::optional<SurfacePoint> (*closest)(const Shape&, Vec3 p, Real limit) = nullptr;
 
-  // Of a convex kind without corners: what it turns towards a direction. None: found by tilting it.
+  // Of a convex kind without corners: its patch towards a direction. None: from `support` in tilted
+  // directions.
   void (*patch)(const Shape&, const Towards&, Patch&) = nullptr;
 
   // Its flat faces, by normal and offset alone; how many. None: it has none.
   std::size_t (*flat_faces)(const Shape&, std::span<Face, 2>) = nullptr;
 
-  // Radius of the circle (m) along which the place that is touched moves over the surface while the
-  // shape rolls; 0 at corners. None: that of `rounded`, or 0.
+  // Radius of curvature (m) of the path that the contact point follows on the rolling shape; 0 at
+  // corners. None: that of `rounded`, or 0.
   Real (*rounding)(const Shape&, const Rolling&) = nullptr;
 };
 
@@ -142,7 +143,7 @@ inline std::string_view name_of(ShapeKind kind) {
 
 /// Whether all shapes of a kind are convex.
 inline bool is_convex(ShapeKind kind) { return traits_of(kind).shape_class == ShapeClass::convex; }
-/// Whether a shape is: of a skin, whether that is closed and convex.
+/// Whether a shape is convex: of a skin, whether it is closed and convex.
 bool is_convex(const Shape& shape);
 /// Whether dynamic bodies may have shapes of a kind.
 inline bool can_move(ShapeKind kind) {

@@ -131,7 +131,7 @@ void try_edges(const Convex& a, const Convex& b, const Facing* facing, Axis& bes
   }
 }
 
-/// A direction at right angles to what there is of an edge, mostly upwards.
+/// A direction perpendicular to an edge, if there is one; mostly upwards.
 Vec3 any_normal(const Convex& a, const Convex& b) {
   const Convex& c = a.edges.empty() ? b : a;
   if (c.edges.empty()) return {0, 1, 0};
@@ -174,7 +174,7 @@ struct Polygon {
 };
 
 const Face* face_towards(const Convex& c, Vec3 direction) {
-  const Face* best = c.faces.empty() ? nullptr : &c.faces.front();  // even if none is a number
+  const Face* best = c.faces.empty() ? nullptr : &c.faces.front();  // even if all are NaN
   Real most = -2;
   for (const Face& f : c.faces)
     if (const Real m = glm::dot(f.normal, direction); m > most) most = m, best = &f;
@@ -185,7 +185,7 @@ std::uint32_t corner_of(const Convex& c, const Face& f, std::uint32_t i) {
   return c.corners[f.first + i % f.count];
 }
 
-/// The face, edge or point of the core that looks along `direction`.
+/// The face, edge or point of the core that faces `direction`.
 void feature_towards(const Convex& c, Vec3 direction, std::uint32_t label, Polygon& p) {
   p.count = 0;
   if (const Face* f = face_towards(c, direction)) {
@@ -201,7 +201,7 @@ void feature_towards(const Convex& c, Vec3 direction, std::uint32_t label, Polyg
 struct EdgePlane {
   Vec3 side;            // unit, outwards
   Real offset;          // m
-  Real slack;           // m: what is beyond by less is kept as it is
+  Real slack;           // m: tolerance of the clip
   std::uint32_t label;  // of the edge
 };
 
@@ -232,8 +232,8 @@ struct Clip {
   Real margin;
   const Facing* facing;
   std::vector<ContactPoint>& out;
-  // Points that a neighbour of the triangle has: whether there are any, and the deepest, unless the
-  // triangle is covered all over.
+  // Points left to a neighbour of the triangle: whether there are any, and the deepest, unless the
+  // piece covers the whole triangle.
   bool left_out = false;
   ContactPoint deepest{{}, {}, {}, 1e300, 0};
 };
@@ -250,11 +250,11 @@ bool goes_on(const Facing* facing, const Corner& c) {
   return (in || out) && (!in || flat(c.in)) && (!out || flat(c.out));
 }
 
-/// The piece whose face cuts the other's feature.
+/// The piece whose face clips the other's feature.
 enum class Cutter : std::uint8_t { a, b };
 
-/// Cuts the feature of one piece that looks at the other by the sides of the other's face, and
-/// measures along the normal.
+/// Clips the feature of one piece that faces the other by the side planes of the other's face, and
+/// measures gaps along the normal.
 void clip_against(Clip& k, Cutter by) {
   const bool b_is_cutter = by == Cutter::b;
   const Convex& cutter = b_is_cutter ? k.b : k.a;
@@ -262,7 +262,7 @@ void clip_against(Clip& k, Cutter by) {
   const Vec3 out_of = b_is_cutter ? k.normal : -k.normal;
   const Face& face = *face_towards(cutter, out_of);
   const Real facing = glm::dot(face.normal, out_of);
-  if (!(facing >= 0.05)) return;  // seen from its edge, or from nowhere
+  if (!(facing >= 0.05)) return;  // seen edge-on, or undefined
   Polygon polygons[2];
   Polygon *from = &polygons[0], *to = &polygons[1];
   feature_towards(other, -out_of, b_is_cutter ? 0 : kOfB, *from);
@@ -382,9 +382,9 @@ void collide_overlapping(const Convex& a, const Convex& b, const Facing* facing,
   if (axis.from != Axis::From::beyond) clip(k);
   Real least = 1e300;
   for (std::size_t i = first; i < points.size(); ++i) least = glm::min(least, points[i].gap);
-  // A neighbour that a does not cut through has no points to take over.
+  // A neighbour that a does not intersect cannot take over its points.
   if (k.deepest.gap < least - slack) points.push_back(k.deepest), least = k.deepest.gap;
-  // The deepest vertex may lie beside the reference face; then a neighbouring triangle has it.
+  // The deepest vertex may be beside the reference face; then a neighbouring triangle has it.
   if (least > gap + slack && !(facing && (k.left_out || least < 1e300))) {
     const auto [on_a, on_b] = deepest_points(a, b, axis);
     points.push_back({on_a - a.radius * n, on_b + b.radius * n, n, gap, kDeepest});
@@ -392,7 +392,7 @@ void collide_overlapping(const Convex& a, const Convex& b, const Facing* facing,
   reduce_points(points, first, kMostPoints);
 }
 
-/// A face of either piece that is all but at right angles to the line between the nearest points
+/// Uses a face of either piece that is almost perpendicular to the line between the nearest points
 /// and keeps the pieces as far apart: its normal has fewer rounding errors.
 void snap_to_face(const Convex& a, const Convex& b, Nearest& near) {
   const Real slack = 1e-9 * near.distance + 1e-12 * (a.size + b.size);

@@ -47,13 +47,13 @@ void collide_plane(const Convex& a, Vec3 normal, Real offset, const PointsOut& o
 void drop_duplicates(std::vector<ContactPoint>& points, std::size_t first, Real near);
 
 /// Reduces the points from `first` on to `most`: the deepest, then those farthest from the ones
-/// kept. Of points whose gaps differ by less than `same` (m) the first counts, so that the choice
-/// lasts.
+/// kept. Of points whose gaps differ by less than `same` (m) the first is chosen, so that the
+/// choice persists.
 void reduce_points(std::vector<ContactPoint>& points, std::size_t first, std::size_t most,
                    Real same = 0);
 
-/// The same where normals differ, as in a slot: places are as far apart as their normals, times
-/// `size` (m), are too, and of those whose normals are alike within 0.1 rad at most half are kept.
+/// The same for different normals, as in a slot. Distances include those of the normals, times
+/// `size` (m). Of points whose normals agree within 0.1 rad at most half are kept.
 void reduce_directed(std::vector<ContactPoint>& points, std::size_t first, std::size_t most,
                      Real size);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// What a convex shape turns towards another: a face, an edge or a point.
+/// The support feature of a convex shape: a face, an edge or a point.
 #include <array>
 #include <cstdint>
 
@@ -7,20 +7,20 @@
 
 namespace pantin::detail {
 
-/// A direction, and by how much the shape may tilt so that it still counts.
+/// A direction, and the tilt of the shape within which features count.
 struct Towards {
   Vec3 direction{0, -1, 0};  // unit
   Real tilt = 0;             // rad
 };
 
 /// Corners of a face in order around it, the two ends of an edge, or a point, with numbers below
-/// 255 that stay with the places of the shape.
+/// 255 that identify them on the shape.
 struct Patch {
   static constexpr std::size_t kMost = 64;
   std::array<Vec3, kMost> points;
   std::array<std::uint32_t, kMost> numbers;
   std::size_t count = 0;
-  Real rim = 0;  // m: the corners stand for a circle of this radius about their middle
+  Real rim = 0;  // m: the corners represent a circle of this radius about their mean
 
   void add(Vec3 point, std::uint32_t number) {
     if (count < kMost) points[count] = point, numbers[count++] = number;

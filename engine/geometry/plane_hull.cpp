@@ -6,17 +6,17 @@
 namespace pantin::detail {
 namespace {
 
-constexpr Real kFlat = 1e-9;   // sine of a turn that is none
-constexpr Real kSame = 1e-12;  // distance of points that are one, by the extent of all
+constexpr Real kFlat = 1e-9;   // sine of an angle that counts as straight
+constexpr Real kSame = 1e-12;  // of the extent of all: distance of points that count as one
 
 bool turns_left(Vec3 a, Vec3 b, Vec3 c) {
   const Vec3 in = b - a, out = c - b;
   const Real turn = in.x * out.y - in.y * out.x;
-  const bool is_back = glm::dot(in, out) < 0;  // round a tip, however sharp
+  const bool is_back = glm::dot(in, out) < 0;  // a reversal at a tip, however sharp
   return turn > (is_back ? 0 : kFlat * glm::length(in) * glm::length(out));
 }
 
-/// Whether all lie within `width` of one line.
+/// Whether all points are within `width` of one line.
 bool are_in_line(const std::vector<Vec3>& points, Real width) {
   const auto from_first = [&](Vec3 p) { return glm::distance(p, points.front()); };
   const Vec3 way = *std::ranges::max_element(points, {}, from_first) - points.front();

@@ -1,4 +1,4 @@
-// Which points of a manifold are kept.
+// Reduction of the points of a manifold.
 #include <algorithm>
 #include <span>
 
@@ -31,8 +31,8 @@ struct Keep {
   Real same = 0;
 };
 
-/// The deepest first, then by the square `way(p, q)` between points the farthest from those kept;
-/// it is below 0 between those of which q leaves no room for p.
+/// Keeps the deepest point, then repeatedly the one farthest from those kept, by the square
+/// `way_between`. A negative square rejects a point.
 template <class Way>
 void keep_apart(std::vector<ContactPoint>& points, const Keep& keep, const Way& way_between) {
   const std::size_t first = keep.first, most = keep.most;
@@ -43,7 +43,7 @@ void keep_apart(std::vector<ContactPoint>& points, const Keep& keep, const Way& 
   const auto is_deepest = [&](const ContactPoint& p) { return !(p.gap > least + same); };
   std::iter_swap(begin, std::find_if(begin, points.end(), is_deepest));
   for (std::size_t kept = 1; kept < glm::min(most, points.size() - first); ++kept) {
-    // What matters is a place far from the others, and what is deeper than they are.
+    // Take the point farthest from the others; by a margin, so that the choice persists.
     std::size_t best = first + kept;
     Real farthest = -1;
     for (std::size_t i = first + kept; i < points.size(); ++i) {

@@ -14,7 +14,7 @@ namespace detail {
 struct Surface;  // see surface.hpp
 }
 
-/// What each kind is, stands in its file under kinds/.
+/// Each kind is described in its file under kinds/.
 enum class ShapeKind : std::uint8_t {
 #define PANTIN_ENUMERATOR(word) word,
   PANTIN_SHAPE_KINDS(PANTIN_ENUMERATOR)
@@ -47,7 +47,7 @@ struct Shape {
     field("material", passive(self.material));
     field("surface", self.surface);
   }
-  /// Null if the surface is there and of the kind, or what is wrong; asked after reading.
+  /// Null if the surface is there and of the kind, or the error; called after reading.
   const char* restored() const;
 };
 

@@ -3,7 +3,7 @@
 namespace pantin::detail {
 namespace {
 
-/// Leaves the part of an edge that is nearest to the origin, with its weights; returns the point.
+/// Reduces an edge to its part nearest to the origin, with weights; returns the point.
 Vec3 shrink_edge(Simplex& s) {
   const Vec3 d = s.v[1].w - s.v[0].w;
   const Real length = glm::dot(d, d), t = -glm::dot(s.v[0].w, d);

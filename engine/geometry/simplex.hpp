@@ -1,5 +1,5 @@
 #pragma once
-/// Simplexes in the difference of two convex pieces, for walks towards the origin.
+/// Simplexes in the Minkowski difference of two convex pieces, for the GJK algorithm.
 /// [Gilbert, Johnson & Keerthi 1988]
 #include <cstdint>
 
@@ -8,7 +8,7 @@
 namespace pantin::detail {
 
 struct Vertex {
-  Vec3 w{0};                   // of a less of b
+  Vec3 w{0};                   // of a minus of b
   std::uint32_t a = 0, b = 0;  // their numbers
   Real weight = 1;
 };
@@ -18,8 +18,8 @@ struct Simplex {
   int count = 0;
 };
 
-/// Leaves the part of a simplex that is nearest to the origin, with its weights, and that point;
-/// false if the origin is inside.
+/// Reduces a simplex to its part nearest to the origin, with weights, and that point; false if the
+/// origin is inside.
 bool shrink(Simplex& s, Vec3& point);
 
 }  // namespace pantin::detail

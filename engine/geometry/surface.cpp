@@ -41,7 +41,7 @@ std::vector<HalfEdge> half_edges(std::span<const Triangle> triangles) {
   return all;
 }
 
-/// Complaints about single points and triangles.
+/// Errors of single points and triangles.
 std::vector<Error> check_triangles(std::span<const Vec3> points,
                                    std::span<const Triangle> triangles) {
   std::vector<Error> errors;
@@ -68,7 +68,7 @@ std::vector<Error> check_triangles(std::span<const Vec3> points,
   return errors;
 }
 
-/// Complaints about edges that are not shared by two triangles in opposite directions.
+/// Errors of edges that are not shared by two triangles in opposite directions.
 std::vector<Error> check_edges(std::span<const HalfEdge> edges) {
   std::vector<Error> errors;
   for (std::size_t i = 0; i < edges.size();) {
@@ -108,7 +108,7 @@ void add_bounds(Surface& s) {
   s.low = bounds.low, s.high = bounds.high;
 }
 
-/// What is wrong with a surface that should be the one that `made` is, or null.
+/// The error of a surface that does not equal `made`, or null.
 const char* differs(const Result<std::shared_ptr<const Surface>>& made, const Surface& s) {
   return made && same_fields(**made, s) ? nullptr : "is not a complete surface";
 }

@@ -45,7 +45,7 @@ struct Surface {
   // lies at the origin. Triangles follow from the grid.
   std::uint32_t columns = 0, rows = 0;
   Real spacing_x = 0, spacing_z = 0;
-  // nurbs: the faces, and what follows from them; all else but the bounds is empty.
+  // nurbs: the faces, and data derived from them; all else but the bounds is empty.
   std::shared_ptr<const nurbs::Skin> skin;
   std::shared_ptr<const SkinModel> model;
 
@@ -66,7 +66,7 @@ struct Surface {
     field("skin", self.skin);
     field("model", derived(self.model));
   }
-  /// Makes the tree, or the model of a skin, after reading; null, or what is wrong.
+  /// Makes the tree, or the model of a skin, after reading; null, or the error.
   const char* restored();
 };
 

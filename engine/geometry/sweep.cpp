@@ -18,8 +18,8 @@ struct Slide {
   Vec3 way;
 };
 
-/// Steps up to the plane that parts the two, again and again: what lies beyond it is not met
-/// before. [Bergen 2004, "Ray casting against general convex objects"]
+/// Conservative advancement: each step ends at the plane that separates the two, before which they
+/// do not touch. [Bergen 2004, "Ray casting against general convex objects"]
 std::optional<SweepHit> sweep_convex(const Slide& k, const Convex& b, Real limit) {
   ConvexScratch scratch;
   SweepHit hit;
@@ -53,7 +53,7 @@ std::optional<SweepHit> sweep_half_space(const Slide& k, Real limit) {
   return hit;
 }
 
-/// Triangles that face the slide, one by one.
+/// Tests the triangles that face the motion, one by one.
 struct OverTriangles {
   const Slide& k;
   const Surface& surface;
@@ -90,7 +90,7 @@ std::optional<SweepHit> sweep_surface(const Slide& k, const Surface& s, Real lim
   return over.best;
 }
 
-/// A skin that is not convex: steps as long as the gap, within which nothing is met.
+/// Tests a skin that is not convex: steps as long as the gap, within which nothing is touched.
 std::optional<SweepHit> sweep_skin(const Slide& k, const Shape& b, Real limit) {
   NarrowPhaseScratch scratch;
   std::vector<ContactPoint> points;
@@ -111,7 +111,7 @@ std::optional<SweepHit> sweep_skin(const Slide& k, const Shape& b, Real limit) {
   return std::nullopt;
 }
 
-/// What overlaps from the start.
+/// Overlap at the start.
 std::optional<SweepHit> overlap_at_start(const Slide& k, const Shape& b) {
   NarrowPhaseScratch scratch;
   std::vector<ContactPoint> points;
@@ -127,7 +127,7 @@ std::optional<SweepHit> overlap_at_start(const Slide& k, const Shape& b) {
 
 std::optional<SweepHit> sweep(const PlacedShape& a, const PlacedShape& b, Vec3 way, Real limit) {
   PANTIN_ASSERT(is_convex(a.shape));
-  if (!is_unit(way) || !(limit >= 0)) return std::nullopt;  // too long for a square to be a number
+  if (!is_unit(way) || !(limit >= 0)) return std::nullopt;  // the square of `way` overflows
   if (!is_usable(a.shape) || !is_usable(b.shape)) return std::nullopt;
   if (!is_unit(a.at) || !is_unit(b.at)) return std::nullopt;
   const Quat back = glm::conjugate(b.at.rotation);

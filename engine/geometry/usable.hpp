@@ -1,10 +1,10 @@
 #pragma once
-/// Whether a shape is one: what users may write into its members is asked before it is solid.
+/// Validity of a shape: users may write any values into its members.
 #include "engine/geometry/shape.hpp"
 
 namespace pantin::detail {
 
-/// Whether it has the surface that its kind needs, and sizes and a place that are some.
+/// Whether it has the surface that its kind needs, finite sizes of 0 or more, and a valid pose.
 bool is_usable(const Shape& shape);
 
 }  // namespace pantin::detail

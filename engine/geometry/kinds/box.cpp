@@ -48,8 +48,8 @@ constexpr std::array<Pair, 12> kBoxEdges{{{0, 1},
                                           {2, 6},
                                           {3, 7}}};
 
-/// Faces of a box: 0, 1 at low and high x, and so on. The left face is that in whose round the edge
-/// runs from its first corner to its second.
+/// Faces of a box: 0, 1 at low and high x, and so on. The left face of an edge is the one whose
+/// loop traverses it from its first corner to its second.
 constexpr std::array<Pair, 12> box_sides() {
   std::array<Pair, 12> sides{};
   for (std::size_t e = 0; e < 12; ++e)
@@ -79,7 +79,7 @@ Convex convex_piece(const Shape& shape, const Pose& at, ConvexScratch& scratch) 
           at.position,    glm::length(half)};
 }
 
-/// By its three slabs.
+/// Slab test.
 std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit) {
   const auto [enter, leave] = ray_range(Aabb{-shape.size, shape.size}, from, way);
   if (enter > leave || enter < 0 || enter > limit) return std::nullopt;

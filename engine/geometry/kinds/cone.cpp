@@ -31,7 +31,7 @@ MassProperties enclosed(const Shape& shape) {
   return {volume, {0, -height / 4, 0}, inertia};
 }
 
-/// The middle of the base stands for all of it.
+/// For a direction straight down, the centre of the base represents the whole base.
 Vec3 support(const Shape& shape, Vec3 d) {
   const Real r = shape.size.x, half = shape.size.y;
   const Polar at = polar_of(d);
@@ -92,12 +92,12 @@ std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit
   return best;
 }
 
-/// A place beside the axis: its distance from it, and its height.
+/// A point beside the axis: its distance from it, and its height.
 struct Spot {
   Real radius, y;
 };
 
-/// The place of the segment from p to q nearest to x.
+/// The point of the segment from p to q nearest to x.
 Spot nearest_on(Spot p, Spot q, Spot x) {
   const Real dr = q.radius - p.radius, dy = q.y - p.y, whole = dr * dr + dy * dy;
   const Real t = whole > 0 ? ((x.radius - p.radius) * dr + (x.y - p.y) * dy) / whole : 0;

@@ -14,7 +14,7 @@ Vec3 unit_moments(const Shape& shape) {
   return {across, r * r / 2, across};
 }
 
-/// The middle of an end stands for all of it.
+/// For a direction along the axis, the centre of an end represents the whole end.
 Vec3 support(const Shape& shape, Vec3 d) {
   const Polar at = polar_of(d);
   return from_polar(at, at.radius > 0 ? shape.size.x : 0, d.y < 0 ? -shape.size.y : shape.size.y);

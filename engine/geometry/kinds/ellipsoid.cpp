@@ -40,8 +40,8 @@ void patch(const Shape& shape, const Towards& towards, Patch& to) {
   to.add(support(shape, towards.direction), 0);
 }
 
-/// The second derivative of the support function |D n|, D = diag(radii), along the way that the
-/// surface rolls; half its trace where it does not.
+/// Second derivative of the support function |D n|, D = diag(radii), in the rolling direction; half
+/// its trace if the shape does not roll.
 Real rounding(const Shape& shape, const Rolling& at) {
   const Vec3 squares = shape.size * shape.size, n = at.outward, by = squares * n;
   const Real height = std::sqrt(glm::dot(n, by)), cube = height * height * height;
@@ -53,7 +53,7 @@ Real rounding(const Shape& shape, const Rolling& at) {
   return (glm::dot(way, squares * way) / height - along * along / cube) / speed;
 }
 
-/// As for a ball, with all lengths divided by the radii.
+/// Ray cast as for a ball, with all lengths divided by the radii.
 std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit) {
   const Vec3 start = from / shape.size, step = way / shape.size;
   const Real a = glm::dot(step, step), b = glm::dot(start, step), c = glm::dot(start, start) - 1;
@@ -66,8 +66,8 @@ std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit
 }
 
 /// The nearest point q of the surface to p, p in the first octant: q_i = e_i^2 p_i / (e_i^2 + t),
-/// where the largest t counts that puts q on the surface. Newton's steps towards it from below
-/// never go beyond. [Eberly 2013, "Distance from a point to an ellipse, an ellipsoid, or a
+/// with the largest t that puts q on the surface. Newton's method approaches it from below without
+/// overshoot. [Eberly 2013, "Distance from a point to an ellipse, an ellipsoid, or a
 /// hyperellipsoid"]
 Vec3 nearest_to(Vec3 p, Vec3 e) {
   int least = 0;
@@ -78,7 +78,8 @@ Vec3 nearest_to(Vec3 p, Vec3 e) {
   const auto term = [&](int i, Real s) { return p[i] > 0 ? weight[i] / (beyond[i] + s) : 0; };
   Real s = weight[least];
   if (s == 0) {
-    // In the plane across the shortest axis, so near the middle that the way leads out of it.
+    // p is in the plane across the shortest axis, and so near the centre that q is outside this
+    // plane.
     Real sum = 0;
     for (int i = 0; i < 3; ++i) sum += i == least ? 0 : term(i, 0) * term(i, 0);
     if (sum < 1) {

@@ -43,7 +43,7 @@ struct Walk {
 
 std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit) {
   const Surface& s = *shape.surface;
-  // A flat field has no height: a little more, so that rounding loses no ray.
+  // A flat field has no thickness; a little is added, so that rounding loses no ray.
   const Real slack = 1e-9 * glm::length(s.high - s.low);
   const Aabb bounds = Aabb{s.low, s.high}.grown(slack);
   const auto [enter, leave] = ray_range(bounds, from, way);

@@ -25,7 +25,7 @@ Vec3 support(const Shape& shape, Vec3 direction) {
 
 MassProperties enclosed(const Shape& shape) { return shape.surface->model->enclosed; }
 
-/// Of a convex skin about its origin: the nearest of its tangent planes.
+/// For a convex skin about its origin: the distance of the nearest tangent plane.
 Real inner_radius(const Shape& shape) {
   const SkinModel& m = *shape.surface->model;
   if (!m.is_convex) return 0;
@@ -40,8 +40,8 @@ struct Ray {
   Vec3 from, way;
 };
 
-/// Where a ray crosses a face near a place, by Newton's method: from place to place along the face,
-/// to where the tangent plane meets the ray.
+/// Where a ray crosses a face near a start, by Newton's method: moves along the face to where the
+/// tangent plane meets the ray.
 std::optional<RayEntry> crossing(const nurbs::Face& face, nurbs::Place at, const Ray& ray) {
   const auto run = [](const nurbs::Knots& k, Real t) {
     return k.is_periodic ? k.inside(t) : k.domain().clamped(t);
@@ -89,12 +89,12 @@ std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit
   return best;
 }
 
-/// Searched over all faces; near surfaces that is what its triangles lead to.
+/// Searches all faces, unless the local result is certain.
 std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit) {
   if (const auto same = closed_form(shape)) return ellipsoid.closest(*same, p, limit);
   const Surface& s = *shape.surface;
   SkinPoint near = nearest_on(s, p);
-  // Another place may be nearer by less than the triangles tell.
+  // Another point may be closer by less than the chord of the triangles.
   const bool is_sure = s.model->is_convex && near.distance > 0;
   for (const nurbs::Face& face : s.skin->faces()) {
     if (is_sure) break;
@@ -106,13 +106,13 @@ std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit) {
       near = place_on(s, {static_cast<int>(&face - s.skin->faces().data()), other.u, other.v}, p);
   }
   const bool is_inside = s.model->is_closed && near.distance < 0;
-  if (!s.model->is_closed && near.distance < 0)  // a patch has no inside: its other side
+  if (!s.model->is_closed && near.distance < 0)  // a patch has no inside: use its other side
     near.distance = -near.distance, near.normal = -near.normal;
   if (!is_inside && near.distance > limit) return std::nullopt;
   return SurfacePoint{near.point, near.normal, near.distance};
 }
 
-/// The smaller curvature at a place, 1/m; below 0 where it is hollow.
+/// The smaller principal curvature, 1/m; below 0 where the surface is concave.
 Real least_curvature(const nurbs::Jet& j, Vec3 n) {
   const Real uu = glm::dot(j.u, j.u), uv = glm::dot(j.u, j.v), vv = glm::dot(j.v, j.v);
   const Real l = -glm::dot(n, j.uu), m = -glm::dot(n, j.uv), o = -glm::dot(n, j.vv);
@@ -123,7 +123,8 @@ Real least_curvature(const nurbs::Jet& j, Vec3 n) {
   return mean - std::sqrt(std::max(mean * mean - gauss, Real(0)));
 }
 
-/// One point where it is round; where it is flat, or at an edge, those to which it may tilt.
+/// One point on a curved place; on a flat place or at an edge, the support points of tilted
+/// directions.
 void patch(const Shape& shape, const Towards& towards, Patch& to) {
   constexpr std::uint32_t kTilts = 8;
   constexpr Real kFlat = 0.1, kSame = 0.01;  // of 1 / size, and of the size
@@ -148,7 +149,7 @@ void patch(const Shape& shape, const Towards& towards, Patch& to) {
   }
 }
 
-/// Radius of curvature along the way that the surface rolls.
+/// Radius of curvature in the rolling direction.
 Real rounding(const Shape& shape, const Rolling& at) {
   if (const auto same = closed_form(shape)) return ellipsoid.rounding(*same, at);
   const Surface& s = *shape.surface;
@@ -164,7 +165,7 @@ Real rounding(const Shape& shape, const Rolling& at) {
   const Real bend = -(glm::dot(n, j.uu) * du * du + 2 * glm::dot(n, j.uv) * du * dv +
                       glm::dot(n, j.vv) * dv * dv);
   const Real speed = uu * du * du + 2 * uv * du * dv + vv * dv * dv;
-  // What is much flatter than the body is large lies there, as a face does.
+  // A place much flatter than the body's size counts as a flat face.
   constexpr Real kFlat = 0.1;
   return bend * s.model->size > kFlat * speed ? speed / bend : 0;
 }

@@ -1,10 +1,10 @@
 #pragma once
-/// What several kinds of shapes are made of.
+/// Building blocks of several kinds of shapes.
 #include "engine/geometry/kinds.hpp"
 
 namespace pantin::detail::shape_kinds {
 
-/// Half extents along the outer axes of a box with half extents `extent`, turned by `rotation`.
+/// Half extents along the outer axes of a box with half extents `extent`, rotated by `rotation`.
 inline Vec3 spread(const Mat3& rotation, Vec3 extent) {
   return Vec3(glm::dot(glm::abs(Vec3(rotation[0].x, rotation[1].x, rotation[2].x)), extent),
               glm::dot(glm::abs(Vec3(rotation[0].y, rotation[1].y, rotation[2].y)), extent),
@@ -20,8 +20,7 @@ MassProperties enclosed_by_faces(const Shape& shape);
 /// The first entry of a ray into a ball about `centre`.
 std::optional<RayEntry> cast_ball(Vec3 from, Vec3 way, Vec3 centre, Real radius);
 
-/// The nearest point of a rounded box. Of a point at equal distances from several sides the first
-/// axis counts, and its positive side.
+/// The nearest point of a rounded box. Ties are decided for the first axis and its positive side.
 SurfacePoint closest_of_rounded(const RoundedBox& rounded, Vec3 p);
 
 /// Entry of a ray through a triangle from its outer side, and the distance: nothing beyond `limit`.

@@ -12,7 +12,7 @@ void add_rim(Real radius, Real y, std::uint32_t first, Patch& to) {
 
 Real rounding_of_turned(const Shape&, const Rolling& at) {
   const Polar out = polar_of(at.outward);
-  // On its end a rim is a corner, whichever way it turns.
+  // Near upright a rim is a corner, in whichever direction it rolls.
   constexpr Real kUpright = 0.5;
   const Real lean = out.radius / glm::max(out.radius * out.radius, kUpright * kUpright);
   const Vec3 way = glm::cross(at.spin, at.outward);

@@ -1,5 +1,5 @@
 #pragma once
-/// What solids of revolution about y have in common.
+/// Common code of solids of revolution about y.
 #include "engine/geometry/kinds.hpp"
 #include "engine/geometry/patch.hpp"
 
@@ -20,18 +20,18 @@ inline Vec3 from_polar(const Polar& at, Real radius, Real y) {
   return {radius * at.x, y, radius * at.z};
 }
 
-/// Numbers of the points of patches: those of a rim from these on, and the ends of a side. Where
-/// the shape leans, the lowest point of the rim comes on top; more would be shared out among many
-/// rows.
+/// Numbers of the points of patches: from these on the points of a rim, and the ends of a side.
+/// Where the shape leans, the lowest point of the rim is added; more points would spread the load
+/// over many rows.
 inline constexpr std::uint32_t kRimPoints = 4;
 inline constexpr std::uint32_t kBottomRim = 0, kTopRim = kRimPoints;
 inline constexpr std::uint32_t kBottomPoint = 2 * kRimPoints, kTopPoint = kBottomPoint + 1;
 
-/// Points of a rim that stay where they are on the shape, so that contacts last.
+/// Points of a rim that are fixed to the shape, so that contacts persist.
 void add_rim(Real radius, Real y, std::uint32_t first, Patch& to);
 
-/// Curvature radius of the surface, a rim included, along the way that it rolls: about the axis the
-/// distance to it along the normal, over a rim 0.
+/// Radius of curvature, a rim included, in the rolling direction: for rolling about the axis the
+/// distance to it along the normal, for rolling over a rim 0.
 Real rounding_of_turned(const Shape& shape, const Rolling& at);
 
 }  // namespace pantin::detail::shape_kinds
