@@ -1,6 +1,6 @@
 #pragma once
-/// Polynomials of two parameters by control points, multiplied and differentiated: what the hulls
-/// of derivatives and normals of a rational piece are made of.
+/// Polynomials of two parameters by control points: products and derivatives. Their hulls bound the
+/// derivatives and normals of a rational piece.
 #include <algorithm>
 #include <vector>
 
@@ -8,8 +8,8 @@
 
 namespace pantin::detail::nurbs {
 
-/// Of degree p along u and q along v. Coefficients are kept times their two binomials, so that a
-/// product is a convolution; derivatives are by parameters that run from -1 to 1.
+/// Degree p along u and q along v. Coefficients are stored times their two binomials, so that a
+/// product is a convolution. Derivatives are by parameters that run from -1 to 1.
 template <class T>
 struct Bernstein {
   int p = 0, q = 0;
@@ -50,7 +50,7 @@ Bernstein<T> derivative(const Bernstein<T>& of, Along way) {
   return d;
 }
 
-/// By any product of coefficients.
+/// The product, given a product of coefficients.
 template <class A, class B, class Times>
 auto product(const Bernstein<A>& a, const Bernstein<B>& b, Times&& times) {
   Bernstein<decltype(times(a.scaled[0], b.scaled[0]))> c(a.p + b.p, a.q + b.q);
@@ -61,7 +61,7 @@ auto product(const Bernstein<A>& a, const Bernstein<B>& b, Times&& times) {
   return c;
 }
 
-/// The numerator of a derivative of a quotient: of `top` / w^power, by w^(power + 1).
+/// The numerator of a derivative of the quotient `top` / w^power, over w^(power + 1).
 inline Bernstein<Vec3> differentiated(const Bernstein<Vec3>& top, const Bernstein<Real>& w,
                                       int power, Along way) {
   const auto times = [](Real x, Vec3 y) { return x * y; };

@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t kMostExact = 36;  // control points of a rational piece that is multiplied out
 constexpr std::size_t kMostThird = 12;  // likewise, to order 3
 constexpr std::size_t kMostCrosses = 6000;  // of two nets, as many products
-constexpr Real kSlack = 1e-13;              // relative: what rounding may add
+constexpr Real kSlack = 1e-13;              // relative: allowance for rounding
 constexpr int kOrders = 4;
 
 /// Bounds of the derivatives of a piece about its middle, both parameters from -1 to 1.
@@ -52,7 +52,7 @@ std::array<Real, 2> largest_difference(const Surface& piece, Vec3 about, int k, 
   return most;
 }
 
-// By the triangle inequality in the quotient rule.
+// Triangle inequality in the quotient rule.
 Bounds bounds_of(const Surface& piece, Vec3 about) {
   constexpr Real kBinomial[4][4] = {{1, 0, 0, 0}, {1, 1, 0, 0}, {1, 2, 1, 0}, {1, 3, 3, 1}};
   Real least = 1e300;
@@ -75,8 +75,8 @@ Bounds bounds_of(const Surface& piece, Vec3 about) {
   return b;
 }
 
-// Bounds by the derivative at the middle and those of one order more are often the better ones: the
-// triangle inequality counts twice what cancels.
+// Tightens bounds by the derivative at the middle and those of one order more: the triangle
+// inequality counts terms twice that cancel.
 void sharpen(Bounds& b, const Surface& piece, const Leaf& leaf) {
   const SurfaceDerivatives d = evaluate(piece, leaf.u.middle(), leaf.v.middle(), kOrders - 2);
   const Real hu = leaf.u.width() / 2, hv = leaf.v.width() / 2;
@@ -120,8 +120,8 @@ Parts parts_of(const Surface& piece, Vec3 about) {
   return parts;
 }
 
-// What the quotient rule's triangle inequality loses where weights vary across a long piece: the
-// numerators of derivatives multiplied out, by their hulls.
+// Tightens bounds where weights vary across a long piece, for which the triangle inequality in the
+// quotient rule is too loose: by the hulls of the multiplied-out numerators of derivatives.
 void sharpen_rational(const Parts& parts, Bounds& b) {
   const auto& w = parts.weight;
   const Real error = 10 * kSlack * b.s[0][0];
@@ -141,8 +141,9 @@ void sharpen_rational(const Parts& parts, Bounds& b) {
   tighten(differentiated(vv, w, 3, Along::v), 4, b.s[0][3]);
 }
 
-// The largest angle between an axis and the normals; pi if it may be more than a right one. They
-// are along a polynomial, w^3 S_u x S_v = w P_u x P_v + w_v P x P_u + w_u P_v x P, by its hull.
+// The largest angle between an axis and the normals; pi if it may exceed a right angle. Normals are
+// parallel to a polynomial, w^3 S_u x S_v = w P_u x P_v + w_v P x P_u + w_u P_v x P, bounded by its
+// hull.
 Real turn_of(const Parts& parts, Vec3 axis) {
   const auto cross = [](Vec3 x, Vec3 y) { return glm::cross(x, y); };
   const auto times = [](Real x, Vec3 y) { return x * y; };
@@ -225,12 +226,12 @@ Region joined(const Region& a, const Region& b) {
   const Real apart =
       std::atan2(glm::length(glm::cross(a.normal, b.normal)), glm::dot(a.normal, b.normal));
   const Real turn = (apart + a.turn + b.turn) / 2 + kSlack;
-  // Of two cones one may hold the other.
+  // One of two cones may contain the other.
   if (apart + b.turn <= a.turn || apart + a.turn <= b.turn) {
     const Region& wide = a.turn >= b.turn ? a : b;
     out.normal = wide.normal, out.turn = wide.turn;
   } else if (turn < kPi && apart < 3) {
-    // From the one axis to the other as far as the new cone is wider.
+    // Rotate from one axis towards the other by as much as the new cone is wider.
     const Real part = turn - a.turn;
     out.normal = (std::sin(apart - part) * a.normal + std::sin(part) * b.normal) / std::sin(apart);
     out.turn = turn + 1e-9;

@@ -1,11 +1,10 @@
 #pragma once
-/// Bounds of a Bezier piece by its control points: where it lies, how it bends, where its normals
-/// point. All hold for certain.
+/// Guaranteed bounds of a Bezier piece by its control points: extent, curvature, cone of normals.
 #include "engine/nurbs/face.hpp"
 
 namespace pantin::detail::nurbs {
 
-/// The bounds of a piece, and along which way its normals turn more.
+/// The bounds of a piece, and the direction along which its normals turn more.
 struct Bounded {
   Leaf leaf;
   Region region;
@@ -13,7 +12,7 @@ struct Bounded {
 };
 Bounded bounded(const Surface& piece);
 
-/// What holds for both.
+/// A region that contains both.
 Region joined(const Region& a, const Region& b);
 
 }  // namespace pantin::detail::nurbs

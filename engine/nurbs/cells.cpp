@@ -6,14 +6,14 @@
 namespace pantin::detail::nurbs {
 namespace {
 
-constexpr Real kSlack = 1e-12;  // relative: what rounding may add
+constexpr Real kSlack = 1e-12;  // relative: allowance for rounding
 
 Vec3 unit_or_none(Vec3 v) {
   const Real length = glm::length(v);
   return length > 0 ? v / length : Vec3(0);
 }
 
-/// How the first derivatives change within a cell at most, each times half the cell's width.
+/// Largest change of the first derivatives within a cell, each times half the cell's width.
 struct Changes {
   Real u, v;
 };
@@ -29,7 +29,7 @@ void set_sides(PatchCell& c) {
   c.sides[1] = unit_or_none(glm::cross(c.normal, c.along_v));
 }
 
-// By what is known of its middle; `whole` is the normal of its leaf.
+// Sharpens the bounds by the derivatives at the middle; `whole` is the normal of its leaf.
 void bound(PatchCell& c, Vec3 whole) {
   const Changes by = changes_of(c);
   c.sag = (by.u + by.v) / 2 + kSlack * c.leaf->radius;
@@ -90,7 +90,7 @@ bool may_face(const PatchCell& a, const PatchCell& b, Real reach) {
   for (const PatchCell* cell : {&a, &b}) {
     if (cell->normal == Vec3(0)) continue;
     if (is_apart(cell->normal, room)) return false;
-    // The line between the points runs along a normal of the cell.
+    // The line between the points is along a normal of the cell.
     const Real beside = cell->turn < kPi / 2 ? room * std::sin(cell->turn) + (room - reach) : room;
     for (const Vec3& side : cell->sides)
       if (is_apart(side, beside)) return false;
@@ -130,7 +130,7 @@ bool may_face(const Region& a, const Region& b, const Standing& a_in_b, Real rea
   return least_distance(a, b, a_in_b) <= reach;
 }
 
-// Of two boxes, by the axes of both.
+// Separating axes: those of both boxes.
 Real least_distance(const Region& a, const Region& b, const Standing& a_in_b) {
   const Vec3 half_a = (a.high - a.low) / 2.0, half_b = (b.high - b.low) / 2.0;
   const Vec3 d = a_in_b.turn * ((a.low + a.high) / 2.0) + a_in_b.origin - (b.low + b.high) / 2.0;

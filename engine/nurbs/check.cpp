@@ -9,11 +9,11 @@
 namespace pantin::detail::nurbs {
 namespace {
 
-constexpr Real kJump = 1e-9;          // relative; what is below it is rounding
+constexpr Real kJump = 1e-9;          // relative; smaller jumps are rounding
 constexpr Real kNoNormal = 1e-9;      // of size^2
 constexpr Real kLeastSpan = 1e-12;    // between knots, of their domain; and of that itself
 constexpr Real kLeastShare = 1e-15;   // likewise, of the knots
-constexpr Real kLeastWeight = 1e-12;  // of the largest: rounding takes what is less
+constexpr Real kLeastWeight = 1e-12;  // of the largest: smaller ones are lost to rounding
 
 std::string text_of(Real x) {
   char text[32];
@@ -21,14 +21,14 @@ std::string text_of(Real x) {
   return text;
 }
 
-/// Collects complaints that all begin with the same place.
+/// Collects errors that all begin with the same prefix.
 struct Complaints {
   std::string place;
   std::vector<Error> errors = {};
   void add(const std::string& what) { errors.push_back({place + ": " + what}); }
 };
 
-// False if some are so near to one another that a span cannot be halved.
+// False if some knots are so close that a span cannot be halved.
 bool are_apart(const Knots& k, Complaints& to) {
   const Real size = std::max(std::abs(k.values.front()), std::abs(k.values.back()));
   const Real least = std::max(kLeastSpan * (k.high() - k.low()), kLeastShare * size);
@@ -124,12 +124,12 @@ std::vector<Error> errors_of(const Curve& curve, const std::string& name) {
 
 namespace {
 
-// How far the two ends of a periodic direction are apart, at most.
+// Upper bound of the distance between the two ends of a periodic direction.
 Real seam_gap(const Surface& s, Along way) {
   const Knots& k = knots_of(s, way);
   const Curve begin = isoline(s, way, k.low());
   Curve end = begin;
-  // Not wrapped: the polynomials of the last span.
+  // Not wrapped: evaluate the polynomials of the last span.
   Basis basis;
   const int span = k.span_at(k.high());
   write_basis(k, {span, k.high()}, 0, basis);
@@ -182,14 +182,14 @@ std::vector<Error> errors_of(const Surface& surface, const std::string& name) {
 
 namespace {
 
-/// Both sides of a knot: spans and parameters, which differ at a seam only.
+/// Both sides of a knot: spans and parameters. The parameters differ at a seam only.
 struct Sides {
   Real knot;
   int span[2];
   Real at[2];
 };
 
-// Knots that may be a break, by how often they are there, and the seam.
+// Knots whose multiplicity allows a jump of the first or second derivative, and the seam.
 std::vector<Sides> doubtful_knots(const Knots& k) {
   std::vector<Sides> found;
   const std::vector<int> spans = k.spans();
@@ -202,7 +202,7 @@ std::vector<Sides> doubtful_knots(const Knots& k) {
   return found;
 }
 
-// Of the longer of two vectors, or of what is usual where both are shorter.
+// Relative to the longer of two vectors, or to the usual length where both are shorter.
 Real relative_jump(Vec3 a, Vec3 b, Real usual) {
   return glm::distance(a, b) / std::max({glm::length(a), glm::length(b), usual});
 }
@@ -227,7 +227,7 @@ struct Jumps {
   Real turn = 0, speed = 0, bend = 0;
 };
 
-// The worst of what jumps, if anything does.
+// The largest jump, if there is one.
 void add_jump(const Jumps& j, Flaw flaw, const std::string& place, std::vector<Flaw>& to) {
   if (j.turn > kJump)
     flaw.kind = FlawKind::crease, flaw.size = j.turn;
@@ -281,14 +281,14 @@ void look_across(const Surface& s, Along way, const std::string& name, std::vect
   }
 }
 
-/// How near to singular a place is: |u x v| in parameters that run from 0 to 1, by size^2.
+/// Measure of singularity: |u x v| in parameters that run from 0 to 1, divided by size^2.
 Real normal_share(const Surface& s, std::array<Real, 2> at, Real size) {
   const SurfaceDerivatives d = evaluate(s, at[0], at[1], 1);
   const Real scale = s.u.domain().width() * s.v.domain().width() / (size * size);
   return glm::length(glm::cross(d[1][0], d[0][1])) * scale;
 }
 
-// Downhill from a place, by halved steps.
+// Descends from a point by halved steps.
 std::array<Real, 2> least_near(const Surface& s, std::array<Real, 2> at, Real size) {
   std::array<Real, 2> step{s.u.domain().width() / 16, s.v.domain().width() / 16};
   Real least = normal_share(s, at, size);
@@ -307,7 +307,7 @@ std::array<Real, 2> least_near(const Surface& s, std::array<Real, 2> at, Real si
   return at;
 }
 
-// Edges first: what lies on a degenerate one is not told again.
+// Edges first: points on a degenerate edge are not reported again.
 void look_at_edges(const Surface& s, const std::string& name, std::vector<Flaw>& to) {
   const Real size = size_of(s.points);
   for (const Along way : {Along::u, Along::v})
@@ -325,7 +325,7 @@ void look_at_edges(const Surface& s, const std::string& name, std::vector<Flaw>&
     }
 }
 
-// Whether the polynomial piece about a place has a normal everywhere, for certain.
+// Whether the polynomial piece at a point certainly has a normal everywhere.
 bool has_normals(const Surface& s, std::array<Real, 2> at) {
   const auto range = [](const Knots& k, Real t) {
     const int span = k.span_at(t);
@@ -335,7 +335,7 @@ bool has_normals(const Surface& s, std::array<Real, 2> at) {
   return bounded(part_of(strip, Along::v, range(s.v, at[1]))).leaf.turn < kPi / 2;
 }
 
-// Downhill from those samples that none of their neighbours is below.
+// Descends from samples that are local minima among their neighbours.
 void look_for_singular(const Surface& s, const std::string& name, std::vector<Flaw>& to) {
   const Real size = size_of(s.points);
   const std::vector<Real> us = samples_of(s.u, 4), vs = samples_of(s.v, 4);

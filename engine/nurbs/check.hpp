@@ -1,6 +1,6 @@
 #pragma once
-/// What a curve or a surface must keep before anything is computed with it, and what contact has to
-/// know of it: creases, seams and places without a normal.
+/// Validation of curves and surfaces before any computation, and their creases, seams and points
+/// without a normal, which contact has to know.
 ///
 /// Internal (pantin::detail); installed because a World holds surfaces.
 #include <string>
@@ -11,10 +11,10 @@
 
 namespace pantin::detail::nurbs {
 
-/// Everything that is wrong with what a user gave, a line each, which begins with `name`; empty if
-/// nothing is. Degrees 1 to 25, knots finite, not decreasing, none inside more often than the
-/// degree, ends at most degree + 1 times, points finite, as many as the knots ask for, weights
-/// above 0; periodic directions close up.
+/// All errors in a user's input, a line each, which begins with `name`; empty if there are none.
+/// Requires degrees 1 to 25; knots finite, not decreasing, none inside more often than the degree,
+/// ends at most degree + 1 times; finite points, as many as the knots need; weights above 0; closed
+/// periodic directions.
 std::vector<Error> errors_of(const Curve& curve, const std::string& name);
 std::vector<Error> errors_of(const Surface& surface, const std::string& name);
 
@@ -35,7 +35,8 @@ struct Flaw {
   std::string text;              // one line: surface, knot, parameters
 };
 
-/// Where a surface is not smooth, or has no normal. Jumps are relative; below 1e-9 they are none.
+/// Where a surface is not smooth, or has no normal. Jumps are relative; below 1e-9 they are
+/// ignored.
 std::vector<Flaw> flaws_of(const Surface& surface, const std::string& name);
 std::vector<Flaw> flaws_of(const Curve& curve, const std::string& name);
 

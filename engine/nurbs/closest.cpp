@@ -7,11 +7,11 @@
 namespace pantin::detail::nurbs {
 namespace {
 
-constexpr Real kAlike = 1e-12;       // of the least f: what is nearer to it counts as it
-constexpr Real kNoDistance = 1e-30;  // of size^2: likewise
+constexpr Real kAlike = 1e-12;       // of the least f: smaller differences count as equal
+constexpr Real kNoDistance = 1e-30;  // of size^2: the same for f near 0
 constexpr std::uint32_t kMostLooks = 20000;
 constexpr int kMostSteps = 60;
-constexpr Real kLong = 4;  // times as long as wide: cells are cut across
+constexpr Real kLong = 4;  // length to width: longer cells are cut across
 
 /// f = |S - p|^2 / 2 at a place, with gradient and second derivatives by parameters scaled by `h`.
 struct Height {
@@ -42,10 +42,10 @@ Jet jet_in(const Face& face, const Box& box, std::array<Real, 2> at) {
   return box.piece ? face.at(*box.piece, at[0], at[1]) : face.at(at[0], at[1]);
 }
 
-// ---- Downhill ----------------------------------------------------------------------------------
+// ---- Descent ------------------------------------------------------------------------------------
 
-/// Newton's method for f within a box: steps along the second derivatives where they are positive
-/// definite, else raised until they are; shortened until f falls.
+/// Newton's method for f within a box. Second derivatives that are not positive definite are
+/// shifted until they are; steps are shortened until f falls.
 class Descent {
  public:
   Descent(const Face& face, Vec3 p, Box box) : face_(face), p_(p), box_(box) {}
@@ -64,7 +64,7 @@ class Descent {
   Box box_;
 };
 
-// In parameters scaled to the box. What a bound holds does not move.
+// In parameters scaled to the box. Parameters at an active bound do not move.
 std::array<Real, 2> Descent::step(const Height& h, std::array<Real, 2> at) const {
   const bool holds_u = box_.u.width() == 0 || (at[0] <= box_.u.low && h.gu > 0) ||
                        (at[0] >= box_.u.high && h.gu < 0);
@@ -83,7 +83,7 @@ std::array<Real, 2> Descent::step(const Height& h, std::array<Real, 2> at) const
   return {(b * h.gv - c * h.gu) / determinant, (b * h.gu - a * h.gv) / determinant};
 }
 
-/// Against the gradient, each parameter by its own bend; not out of the box.
+/// Against the gradient, each parameter scaled by its own second derivative; within the box.
 std::array<Real, 2> Descent::downhill(const Height& h, std::array<Real, 2> at) const {
   const Real least = 1e-6 * (std::abs(h.huu) + std::abs(h.hvv));
   const auto along = [&](Real g, Real bend, Real t, const Range& r) {
@@ -101,8 +101,8 @@ NearestPoint Descent::from(std::array<Real, 2> start) {
   Jet jet = jet_in(face_, box_, at);
   Height h = height_of(jet, p_, width);
   ++best.looks;
-  // Moves along a way, shortened until f falls; or, near the end, where f no longer tells steps
-  // apart, as it is.
+  // Moves along a direction, shortened until f falls. The last steps are not tested, since f no
+  // longer resolves them.
   enum class Step : std::uint8_t { falls, as_it_is };
   const auto go = [&](std::array<Real, 2> way, Real longest, Step kind) {
     for (Real part = std::min(1.0, 0.5 / longest); part > 1e-9; part /= 4) {
@@ -123,7 +123,7 @@ NearestPoint Descent::from(std::array<Real, 2> start) {
     if (!(longest > 1e-16)) break;
     const bool is_last = longest < 1e-7;
     bool has_moved = go(way, longest, is_last ? Step::as_it_is : Step::falls);
-    // A step that a bound cuts short may lead uphill; one against the gradient never does.
+    // A step shortened by a bound may lead uphill; a gradient step never does.
     if (!has_moved && !is_last) {
       const auto down = downhill(h, at);
       const Real most = std::max(std::abs(down[0]), std::abs(down[1]));
@@ -142,7 +142,7 @@ bool is_at_end(const Knots& k, Real t) { return !k.is_periodic && (t <= k.low() 
 
 // ---- Branch and bound --------------------------------------------------------------------------
 
-// Of a disc, and of a box about the cell's parallelogram: how far away it is at least.
+// Lower bound of the distance, by a disc and by a box about the cell's parallelogram.
 Real least_distance(const Leaf& leaf, Vec3 p) {
   const Vec3 d = p - leaf.centre;
   const Real height = glm::dot(d, leaf.normal), square = glm::dot(d, d);
@@ -190,10 +190,10 @@ class Search {
   NearestPoint best_{.distance = 1e300};
 };
 
-// The third derivative of f along any way within a cell is at most this: three times those of order
-// 1 and 2 multiplied (as vectors: along straight lines they are square to one another), and the
-// distance times that of order 3. By their values in the middle and the leaf's bounds of what is
-// beyond.
+// Bound of the third derivative of f along any direction within a cell: three times the product of
+// the derivatives of order 1 and 2 (as vectors, since they are perpendicular on straight lines),
+// plus the distance times the derivative of order 3. Uses values in the middle and the leaf's
+// bounds of the higher orders.
 Real Search::twist_of(const Leaf& leaf, const Open& cell, const Jet& jet) const {
   const Real a = cell.share_u, b = cell.share_v;
   const Real u = cell.box.u.width() / 2, v = cell.box.v.width() / 2;
@@ -215,8 +215,8 @@ Real Search::twist_of(const Leaf& leaf, const Open& cell, const Jet& jet) const 
   return 3 * product + (glm::distance(jet.s, p_) + first) * third;
 }
 
-// Where f rises or falls all through a cell, its least is on that side: the cell shrinks to it if
-// it is a side of the leaf, else another cell has it. False if nothing is left.
+// Where f is monotonic in a cell, its minimum is on one side. The cell shrinks to that side if it
+// is a side of the leaf; otherwise another cell contains it. False if nothing is left.
 bool Search::narrow(const Leaf& leaf, const Height& h, Real twist, Box& box) const {
   const auto shrink = [](Real slope, Real change, const Range& whole, Range& range) {
     if (range.width() == 0 || !(std::abs(slope) > change)) return true;
@@ -269,11 +269,12 @@ void Search::look_into(const Leaf& leaf) {
     const Real long_u = leaf.first[0] * cell.share_u, long_v = leaf.first[1] * cell.share_v;
     const bool is_small = long_u + long_v < 1e-8 * face_.size();
     if (is_small || depth + 4 > kRoom || best_.looks > kMostLooks) {
-      // Nothing in a cell of this size differs by more; many of them are a doubt.
+      // f does not vary noticeably in a small cell. Without room or evaluations left, the result is
+      // uncertain.
       if (!is_small) best_.is_certain = false;
       continue;
     }
-    // Across the long side alone where it is much longer.
+    // Cut the long side only if it is much longer.
     const Range u = cell.box.u, v = cell.box.v;
     const bool cuts_u = u.width() > 0 && (v.width() == 0 || kLong * long_u > long_v);
     const bool cuts_v = v.width() > 0 && (u.width() == 0 || kLong * long_v > long_u);
@@ -294,7 +295,7 @@ NearestPoint Search::run() {
     const Leaf& leaf = face_.leaves()[index];
     const Real least = least_distance(leaf, p_);
     if (least * least / 2 > wanted() && !is_first) return;
-    // A good start makes all bounds sharp.
+    // A good start tightens all bounds.
     if (is_first)
       keep(Descent(face_, p_, domain_of(face_)).from({leaf.u.middle(), leaf.v.middle()}));
     is_first = false;

@@ -1,7 +1,7 @@
 #pragma once
-/// Points of surfaces and curves that are nearest to a given one. Global: branch and bound over
-/// cells, each of which is discarded by a bound or convex, so that a descent within it finds its
-/// least.
+/// Points of surfaces and curves that are nearest to a given one. Global, by branch and bound over
+/// cells: each cell is discarded by a bound, or f is convex in it, so that a descent finds its
+/// minimum.
 ///
 /// Internal (pantin::detail); installed because a World holds surfaces.
 #include <cstdint>
@@ -15,21 +15,21 @@ struct NearestPoint {
   Vec3 point{0};
   Real distance = 0;        // m
   bool is_on_edge = false;  // at the end of a direction that is not periodic
-  bool is_certain = true;   // false: cells too many to be told apart, as at a sphere's centre
+  bool is_certain = true;   // false: too many cells are undecided, as at a sphere's centre
   std::uint32_t looks = 0;  // evaluations, as a measure of cost
 };
 
-/// The nearest point of a face to p, in the face's frame. The least distance, within 1e-12 of it;
-/// no heap.
+/// The nearest point of a face to p, in the face's frame: the global minimum, within 1e-12 of it.
+/// No heap.
 NearestPoint closest_point(const Face& face, Vec3 p);
 
-/// The nearest in a neighbourhood: from (u, v) downhill, kept within the domain.
+/// The local minimum found by descent from (u, v), within the domain.
 NearestPoint closest_from(const Face& face, Vec3 p, std::array<Real, 2> start);
 
-/// A curve made ready for queries: bounds of its cells.
+/// A curve prepared for queries: bounds of its cells.
 class Wire {
  public:
-  /// No curve: to read one into.
+  /// No curve: for reading.
   Wire() = default;
   explicit Wire(Curve curve);
   const Curve& curve() const { return curve_; }
@@ -53,7 +53,7 @@ class Wire {
     field("size", derived(self.size_));
     field("fingerprint", derived(self.fingerprint_));
   }
-  /// Makes the cells after reading; null, or what is wrong.
+  /// Makes the cells after reading; null, or the error.
   const char* restored();
 
  private:

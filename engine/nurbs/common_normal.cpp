@@ -31,12 +31,12 @@ namespace {
 
 constexpr int kMostIterations = 24;
 constexpr Real kLongestStep = 0.25;  // of a domain
-constexpr Real kDone = 1e-9;         // of a domain: what is left after such a step is its square
+constexpr Real kDone = 1e-9;         // of a domain: the error after such a step is its square
 constexpr Real kNoNormal = 1e-9;     // of size^2
 constexpr Real kFits = 1e-6;         // curvature, of 1 / size
-constexpr Real kStray = 1e-3;        // of a domain: a step for which that is looked at
+constexpr Real kStray = 1e-3;        // of a domain: larger steps are tested for fit
 
-/// The 2 x 2 blocks of F and its derivative [A B; C D] by the parameters of a and b.
+/// The 2 x 2 blocks of F and of its derivative [A B; C D] by the parameters of a and b.
 struct System {
   Real f[4];
   Real a[2][2], b[2][2], c[2][2], d[2][2];
@@ -69,8 +69,8 @@ System system_of(const Jet& p, const Jet& q) {
   return m;
 }
 
-/// What is left for the parameters of a once those of b are eliminated: the second derivative of
-/// the gap along a, b following.
+/// The Schur complement for the parameters of a: the second derivative of the gap along a, while b
+/// follows.
 struct Reduced {
   Real r[2][2];
   Real d_inverse[2][2];
@@ -95,7 +95,7 @@ Reduced reduced(const System& m) {
   return out;
 }
 
-// The s that solves [A B; C D] s = right.
+// Solves [A B; C D] s = right.
 std::array<Real, 4> solved(const System& m, const Reduced& k, const std::array<Real, 4>& right) {
   const Real* const dr[2] = {k.d_inverse[0], k.d_inverse[1]};
   const Real y0 = dr[0][0] * right[2] + dr[0][1] * right[3];
@@ -110,7 +110,7 @@ std::array<Real, 4> solved(const System& m, const Reduced& k, const std::array<R
   return {u, v, dr[0][0] * h0 + dr[0][1] * h1, dr[1][0] * h0 + dr[1][1] * h1};
 }
 
-// The smaller curvature of the gap: of r by the metric of a.
+// The smaller curvature of the gap: the smaller eigenvalue of r in the metric of a.
 Real least_curvature(const Reduced& k, const Jet& p) {
   const Real e = glm::dot(p.u, p.u), f = glm::dot(p.u, p.v), g = glm::dot(p.v, p.v);
   const Real metric = e * g - f * f;
@@ -125,14 +125,14 @@ bool is_singular(const Face& face, Real normal_length) {
   return !(area > kNoNormal * face.size() * face.size());
 }
 
-/// One coordinate after a step: kept in its domain, or out across an edge.
+/// One parameter after a step: within its domain, or out across an edge.
 struct Walk {
   bool is_out = false, is_high = false;
   Edge edge_if(Edge low, Edge high) const { return is_high ? high : low; }
 };
 
-// Moves a parameter; a step out of the domain from its very end asks to leave, at the edge `low` or
-// the one after it.
+// Moves a parameter. A step out of the domain that starts at its end leaves across the edge `low`
+// or the one after it.
 void walk(const Knots& k, Real step, Real& t, Walk& out) {
   const Range domain = k.domain();
   const Real to = t + step;
@@ -168,7 +168,7 @@ class Newton {
   Vec3 origin_;
 };
 
-// Of the parts of a step in units of their domains.
+// Largest component of a step, in units of the domains.
 Real Newton::longest(const std::array<Real, 4>& step, const PlacePair& at) const {
   const Face &fa = a_.face(at.a.face), &fb = b_.face(at.b.face);
   return std::max(std::max(std::abs(step[0]) / fa.u().domain().width(),
@@ -177,7 +177,7 @@ Real Newton::longest(const std::array<Real, 4>& step, const PlacePair& at) const
                            std::abs(step[3]) / fb.v().domain().width()));
 }
 
-// False if the pair leaves a rim.
+// Applies a step; false if the pair leaves across a rim.
 bool Newton::move(const std::array<Real, 4>& step, PlacePair& at) const {
   const auto go = [](const Skin& skin, Place& place, Real du, Real dv) {
     const Face& face = skin.face(place.face);
@@ -193,7 +193,7 @@ bool Newton::move(const std::array<Real, 4>& step, PlacePair& at) const {
   return go(a_, at.a, step[0], step[1]) && go(b_, at.b, step[2], step[3]);
 }
 
-// Points at the end of a last step that is too short for its square to count.
+// Points after a last step, to first order: it is so short that its square is negligible.
 void Newton::finish(const Jet& p, const Jet& q, const std::array<Real, 4>& step,
                     CommonNormal& out) const {
   out.on_a = p.s + step[0] * p.u + step[1] * p.v;
@@ -225,7 +225,7 @@ CommonNormal Newton::from(const PlacePair& start) {
     std::array<Real, 4> step = solved(m, k, {-m.f[0], -m.f[1], -m.f[2], -m.f[3]});
     const Real length = longest(step, out.at);
     if (!std::isfinite(length)) return out;
-    // Where the surfaces fit one another steps are rounding divided by rounding.
+    // Where the surfaces fit one another, the steps are rounding errors only.
     const Real size = std::min(a_.size(), b_.size());
     if (length > kStray && std::abs(least_curvature(k, p)) * size < kFits) {
       out.status = ContactStatus::degenerate;
@@ -239,7 +239,7 @@ CommonNormal Newton::from(const PlacePair& start) {
       return out;
     }
     if (length > kDone) continue;
-    // A step that an end cut short is taken up again from there.
+    // A step that crossed an edge is repeated on the next face.
     const bool is_cut = out.at.a.face != before.a.face || out.at.b.face != before.b.face;
     if (is_cut) continue;
     out.least_curvature = least_curvature(k, p);
@@ -250,7 +250,7 @@ CommonNormal Newton::from(const PlacePair& start) {
   return out;
 }
 
-// The derivative of F by time while the places stay.
+// The time derivative of F at fixed parameters.
 Moving Newton::moving_at(const PlacePair& at, const Twist& twist) const {
   const Jet p = jet_a(at.a), q = jet_b(at.b);
   const System m = system_of(p, q);

@@ -23,10 +23,10 @@ struct PlacePair {
 
 enum class ContactStatus {
   found,
-  left_patch,  // the pair went over the rim of a face that has no neighbour there
+  left_patch,  // the pair crossed the rim of a face that has no neighbour there
   singular,    // a face has no normal where the pair is
-  degenerate,  // the surfaces fit one another: the pair is not alone (ball in its own socket)
-  lost,        // no pair was found from here
+  degenerate,  // the surfaces fit one another: the pair is not isolated (ball in its own socket)
+  lost,        // no pair was found from this start
 };
 const char* word_of(ContactStatus status);
 
@@ -36,27 +36,27 @@ struct CommonNormal {
   Vec3 on_a{0}, on_b{0};  // the two points, m
   Vec3 normal{0};         // of b, outwards, unit
   Real gap = 0;           // m
-  // The smaller curvature of the gap where both points slide, 1/m: above 0 where the gap is least,
-  // near 0 where the surfaces fit one another.
+  // The smaller curvature of the gap where both points slide, 1/m: above 0 at a minimum, near 0
+  // where the surfaces fit one another.
   Real least_curvature = 0;
   int iterations = 0;
 };
 
-/// Two skins, a standing at `a_in_b` in the frame of b.
+/// Two skins; a has the pose `a_in_b` in the frame of b.
 struct Meeting {
   const Skin& a;
   const Skin& b;
   Pose a_in_b;
 };
 
-/// The pair near `from`, from which it is found by Newton's method; by damped descent of the
-/// distance first where that fails. No heap.
+/// The pair near `from`, by Newton's method; if that fails, by damped descent of the distance
+/// first. No heap.
 CommonNormal track(const Meeting& of, const PlacePair& from);
 
 /// The same by Newton's method alone.
 CommonNormal track_newton(const Meeting& of, const PlacePair& from);
 
-/// Motion of a as seen from b: velocity of a's frame, m/s, and of turning, rad/s.
+/// Motion of a as seen from b: velocity of a's frame, m/s, and angular velocity, rad/s.
 struct Twist {
   Vec3 linear{0}, angular{0};
 };
@@ -64,7 +64,7 @@ struct Twist {
 /// Rates of the four parameters (a.u, a.v, b.u, b.v) of a pair while a moves; 0 where degenerate.
 std::array<Real, 4> rates(const Meeting& of, const PlacePair& at, const Twist& twist);
 
-/// How a pair moves: rates of the four parameters, of its points along their surfaces (m/s, in the
+/// Motion of a pair: rates of the four parameters, of its points along their surfaces (m/s, in the
 /// frame of b) and of the normal (1/s) as seen from b. 0 where degenerate.
 struct Moving {
   std::array<Real, 4> rates{};
@@ -72,18 +72,18 @@ struct Moving {
 };
 Moving moving(const Meeting& of, const PlacePair& at, const Twist& twist);
 
-/// The places that a pair comes to after `time`, to start from.
+/// The parameters of a pair after `time`, as a start.
 PlacePair predicted(const Meeting& of, const PlacePair& at, std::array<Real, 4> rates, Real time);
 
-/// What a search took: pairs of cells and branches looked at, and descents or Newton's iterations
+/// Cost of a search: pairs of cells and branches visited, and descents or Newton iterations
 /// started.
 struct SearchCost {
   int pairs = 0, starts = 0;
 };
 
-/// The pair of least distance, edges and corners included. `is_on_edge`: then its line need not be
-/// normal to both. Cells are discarded by bounds that hold; within one that is left, descents from
-/// its middle.
+/// The pair of least distance, edges and corners included. `is_on_edge`: its line need not be
+/// normal to both. Cells are discarded by guaranteed bounds; in the remaining ones, descents start
+/// from the middle.
 struct ClosestPair {
   PlacePair at;
   Vec3 on_a{0}, on_b{0};
@@ -93,8 +93,8 @@ struct ClosestPair {
 };
 ClosestPair closest_pair(const Meeting& of);
 
-/// All pairs whose gap is a least one and from -reach to `reach` (m), the least first; as many as
-/// `out` holds. Returns how many there are. A reach below the thickness of the bodies leaves out
+/// All pairs whose gap is a local minimum and from -reach to `reach` (m), the least first; as many
+/// as `out` holds. Returns how many there are. A reach below the thickness of the bodies excludes
 /// pairs of far sides.
 std::size_t find_contacts(const Meeting& of, Real reach, std::span<CommonNormal> out,
                           SearchCost* cost = nullptr);

@@ -7,8 +7,8 @@ namespace pantin::detail::nurbs {
 namespace {
 
 constexpr int kMostIterations = 24, kMostTries = 40, kMostCuts = 54;
-/// rad: by so much a straight side may be off the one that it lies on; of a domain: to look for
-/// where it bends.
+/// rad: tolerance of the angle between parallel straight parts; fraction of a domain: offset at
+/// which curvature is looked for.
 constexpr Real kFlat = 1e-6, kBeside = 1e-6;
 constexpr Real kLongestStep = 0.25, kDone = 1e-9, kNoTangent = 1e-9, kFits = 1e-6, kStray = 1e-3;
 
@@ -20,7 +20,7 @@ CurveDerivatives in_frame(const Wire& wire, Real t, const Pose& pose) {
 
 Vec3 right_of(Vec3 v) { return {v.y, -v.x, 0}; }
 
-// Adds a step; false if it leaves an end that the parameter was at already.
+// Adds a step; false if the parameter was at that end of the domain already.
 bool walk(const Knots& k, Real step, Real& t) {
   const Range domain = k.domain();
   const Real to = t + step;
@@ -30,12 +30,12 @@ bool walk(const Knots& k, Real step, Real& t) {
   return !is_out;
 }
 
-/// What both kinds of pairs have in common once b is eliminated: one equation f + r dt = 0.
+/// One equation f + r dt = 0 after b is eliminated, for both kinds of pairs.
 struct Reduced {
   Real f, r;
 };
 
-// Where the curves fit one another steps are rounding divided by rounding.
+// Where the curves fit one another, the steps are rounding errors only.
 bool fits(Real curvature, Real step, Real size) {
   return !std::isfinite(step) || (step > kStray && std::abs(curvature) * size < kFits);
 }
@@ -57,7 +57,7 @@ bool has_no_way(const C& curve, Vec3 tangent) {
   return !(way > kNoTangent * curve.size());
 }
 
-/// Two curves of a plane, b's in its own frame, and how a stands there.
+/// Two curves of a plane, b's in its own frame, and the pose of a there.
 template <class C>
 struct CurvesInPlane {
   const C &a, &b;
@@ -89,19 +89,20 @@ struct CurvesInPlane {
   bool is_bent(const At& x) const { return !(std::abs(x.bend) * size() < kFits); }
 };
 
-/// A place of a pair: its parameters, and the slope of the gap there.
+/// The parameters of a pair, and the slope of the gap there.
 struct BendPlace {
   Real t = 0, u = 0, slope = 0;
   bool is_known = false;
 };
 
-/// The parameter of a periodic curve that is next to `to`.
+/// The parameter of a periodic curve that is closest to `to`.
 Real beside(const Knots& k, Real t, Real to) {
   return k.is_periodic ? to + std::remainder(t - to, k.domain().width()) : t;
 }
 
-/// A straight part of one curve that lies along one of the other faces it nowhere alone; they bear
-/// where it begins to bend, next to `to`. `bent` is a place beyond that, or none is known yet.
+/// A straight part of one curve that is parallel to one of the other has no isolated pair. The
+/// contact is put where the curvature begins, next to `to`. `bent` is a point beyond that, if one
+/// is known.
 template <class C>
 CurveContact rest_on_end(const CurvesInPlane<C>& of, BendPlace bent, const BendPlace& to) {
   CurveContact out;
@@ -145,8 +146,8 @@ CurveContact track_in_plane(const C& a, const C& b, const Pose& a_in_b, std::arr
   const CurvesInPlane<C> of{a, b, glm::mat3_cast(a_in_b.rotation), a_in_b.position};
   const Real width_a = a.knots().domain().width(), width_b = b.knots().domain().width();
   const Real size = of.size();
-  // Where a round piece goes over into a straight one, steps go too far: the last place from which
-  // one did.
+  // At the transition from a round to a straight piece steps overshoot: this is the last point from
+  // which one did.
   BendPlace round;
   int tries = 0;
   while (out.iterations < kMostIterations) {
@@ -266,7 +267,7 @@ CurveContact track_on_face(const Wire& a, const Skin& b, const Pose& a_in_b, con
 
 namespace {
 
-/// The first row and the right-hand side that all such pairs have in common.
+/// A point of curve a in the frame of b, with the velocities of the point and of its tangent.
 struct CurvePoint {
   CurveDerivatives p;
   Vec3 velocity{0}, turning{0};  // of the point, and of the tangent

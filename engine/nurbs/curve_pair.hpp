@@ -18,27 +18,26 @@ struct CurveContact {
   int iterations = 0;
 };
 
-/// Which pairs to look for, and where to list them.
+/// Which pairs to find, and where to list them.
 struct CurveReach {
   Real reach = 0;  // m
   std::span<CurveContact> out;
-  SearchCost* cost = nullptr;  // of find_on_face: where to say what it took
+  SearchCost* cost = nullptr;  // of find_on_face: receives the cost
 };
 
-/// The pair near (t, b.u) of two curves with z = 0 that run anticlockwise around what they bound,
-/// so that outwards is right of their way; `a_in_b` turns about z only. No heap.
+/// The pair near (t, b.u) of two curves with z = 0 that run anticlockwise around their interiors,
+/// so that outwards is to the right; `a_in_b` rotates about z only. No heap.
 CurveContact track_planar(const Wire& a, const Wire& b, const Pose& a_in_b,
                           std::array<Real, 2> from);
 CurveContact track_planar(const CurvePieces& a, const CurvePieces& b, const Pose& a_in_b,
                           std::array<Real, 2> from);
 
-/// All pairs of two such curves whose gap is a least one and from -reach to `reach` (m), the least
-/// first; as many as `out` holds. Returns how many there are. From every pair of cells whose bounds
-/// let them face one another. No heap.
+/// All pairs of two such curves whose gap is a local minimum and from -reach to `reach` (m), the
+/// least first; as many as `out` holds. Returns how many there are. Starts from every pair of cells
+/// whose bounds allow them to face one another. No heap.
 std::size_t find_planar(const Wire& a, const Wire& b, const Pose& a_in_b, CurveReach reach);
 
-/// How a pair of curves of the plane moves while a does by `twist`: rates (t of a, none, t of b,
-/// none).
+/// Rates of a pair of curves of the plane while a moves by `twist`: (t of a, none, t of b, none).
 struct CurveMotion {
   Pose a_in_b;
   PlacePair at;
@@ -46,7 +45,7 @@ struct CurveMotion {
 };
 Moving moving_planar(const Wire& a, const Wire& b, const CurveMotion& of);
 
-/// A place on a curve and one on a skin.
+/// A point of a curve and one of a skin.
 struct OnCurve {
   Real t = 0;
   Place b;
@@ -56,10 +55,10 @@ struct OnCurve {
 /// heap.
 CurveContact track_on_face(const Wire& a, const Skin& b, const Pose& a_in_b, const OnCurve& from);
 
-/// All such pairs, as find_planar() does; from the places that cells of the curve are nearest to.
+/// All such pairs, as find_planar() does; starts from the points closest to the cells of the curve.
 std::size_t find_on_face(const Wire& a, const Skin& b, const Pose& a_in_b, CurveReach reach);
 
-/// How such a pair moves: rates (t of a, none, u and v of b).
+/// Rates of such a pair (t of a, none, u and v of b).
 Moving moving_on_face(const Wire& a, const Skin& b, const CurveMotion& of);
 
 }  // namespace pantin::detail::nurbs

@@ -10,13 +10,13 @@ namespace {
 
 constexpr int kFastDegree = 3;
 
-// Gauss's points and weights on [-1, 1], the half above 0.
+// Gauss points and weights on [-1, 1], the half above 0.
 constexpr Real kAt[4] = {0.18343464249564980494, 0.52553240991632898582, 0.79666647741362673959,
                          0.96028985649753623168};
 constexpr Real kWeight[4] = {0.36268378337836198297, 0.31370664587788728734, 0.22238103445337447054,
                              0.10122853629037625915};
 constexpr Real kOut = 0.77459666924148337704;  // of the rule of three points
-// The longest part of a piece that one rule is for, and that a rule of three points is for.
+// The longest part of a piece for one rule, and for a rule of three points.
 constexpr Real kPart = 1.0 / 8, kShort = 1.0 / 128;
 
 }  // namespace

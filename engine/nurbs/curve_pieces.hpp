@@ -1,5 +1,5 @@
 #pragma once
-/// A curve by the powers of its polynomial pieces: what solvers follow at every step.
+/// A curve by the powers of its polynomial pieces, for evaluation at every step.
 #include <array>
 #include <vector>
 
@@ -21,9 +21,9 @@ class CurvePieces {
   /// The point and its first two derivatives; the parameter within the domain. No heap.
   std::array<Vec3, 3> at(Real t) const;
 
-  /// The length of the way between two parameters, m; below 0 if it runs against the curve. Round a
-  /// periodic curve the shorter way in the parameter. By quadrature, piece by piece, to rounding
-  /// where they are near one another. No heap.
+  /// Arc length between two parameters, m; below 0 against the curve's direction. On a periodic
+  /// curve the shorter way in the parameter. By quadrature, piece by piece, to rounding where they
+  /// are close to one another. No heap.
   Real way(Real from, Real to) const;
 
  private:

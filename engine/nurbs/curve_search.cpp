@@ -8,17 +8,17 @@
 namespace pantin::detail::nurbs {
 namespace {
 
-// Of the smaller size: pairs nearer than this are one.
+// Fraction of the smaller size: closer pairs are merged.
 constexpr Real kSame = 1e-6;
-// A turn beyond which a cell tells nothing of where its tangents point.
+// Sine of a turn beyond which a cell does not bound its tangents.
 constexpr Real kAnyTurn = 0.95;
-constexpr Real kSlack = 1e-12;  // relative: what rounding may add
+constexpr Real kSlack = 1e-12;  // relative: allowance for rounding
 
 class Found {
  public:
   Found(CurveReach to, Real size) : to_(to), same_(kSame * size) {}
 
-  /// Keeps a pair; of those that do not fit in, the nearest.
+  /// Keeps a pair; if there is no room, the closest ones.
   void keep(const CurveContact& pair) {
     if (pair.status != ContactStatus::found || !(pair.least_curvature > 0)) return;
     if (!(std::abs(pair.gap) <= to_.reach) || is_known(pair)) return;
@@ -50,7 +50,7 @@ class Found {
   std::size_t count_ = 0;
 };
 
-/// Where the tangents of a cell point.
+/// Bound of the directions of a cell's tangents.
 struct Cone {
   Vec3 along{0};  // unit
   Real sine = 1;  // of the largest angle from it; above kAnyTurn: any
@@ -68,7 +68,7 @@ bool may_oppose(const Cone& a, const Cone& b) {
   return std::acos(std::clamp(cosine, -1.0, 1.0)) <= std::asin(a.sine) + std::asin(b.sine) + 1e-6;
 }
 
-/// A cell of a's, from b.
+/// A cell of a, in the frame of b.
 struct Seen {
   Vec3 centre;
   Cone cone;
@@ -79,7 +79,8 @@ Seen seen(const Wire& a, const Wire::Leaf& cell, const Pose& a_in_b) {
   return at;
 }
 
-/// A cell of a curve that may touch a face: a segment, and how far the curve strays from it.
+/// A cell of a curve that may touch a face: a segment, and a bound of the curve's deviation from
+/// it.
 struct Segment {
   Vec3 centre, half;
   Cone cone;
@@ -99,7 +100,8 @@ Segment segment_of(const Wire& a, const Wire::Leaf& cell, const Pose& a_in_b) {
           cell.second / 2 + kSlack * cell.radius, cell.radius};
 }
 
-// How far a segment is from a region at least; far where no tangent is square to a normal.
+// Lower bound of the distance of a segment from a region; huge if no tangent can be perpendicular
+// to a normal.
 Real least_distance(const Segment& a, const Region& b) {
   if (!a.may_lean_on(b.normal, b.turn)) return 1e300;
   const Vec3 d = a.centre - (b.low + b.high) / 2.0, room = (b.high - b.low) / 2.0;
@@ -120,7 +122,7 @@ bool may_touch(const Segment& a, const PatchCell& b, Real reach) {
   };
   const Real room = reach + kSlack * (glm::length(d) + a.radius);
   if (is_apart(b.normal, room)) return false;
-  // The line between the points runs along a normal.
+  // The line between the points is along a normal.
   const Real beside = b.turn < kPi / 2 ? room * std::sin(b.turn) + (room - reach) : room;
   const Vec3 across = glm::cross(b.normal, a.cone.along);
   const Real length = glm::length(across);

@@ -9,11 +9,11 @@ namespace pantin::detail::nurbs {
 namespace {
 
 constexpr int kDeepest = 5;
-/// Of all patches of a skin: rounding or folds may keep the parts from adding up.
+/// For all patches of a skin: rounding or folds may keep the parts from adding up.
 constexpr int kMostCuts = 300;
 constexpr Real kAgree = 1e-13;
 
-/// Gauss and Legendre's places and weights on [-1, 1].
+/// Gauss-Legendre points and weights on [-1, 1].
 template <int Points>
 struct Rule {
   std::array<Real, Points> at, weight;
@@ -38,8 +38,9 @@ struct Rule {
 /// Volume, 3 first and 6 second moments.
 using Sums = std::array<Real, 10>;
 
-/// What a point adds: by Gauss's theorem, with the outward vector n = S_u x S_v, the integrals of
-/// x_k n_k and x_k x_l n_k without summation, as thirds of x.n, x x.n / 4 and x x^T x.n / 5.
+/// The integrand at a point: by Gauss's theorem, with the outward vector n = S_u x S_v, the
+/// integrals of x_k n_k and x_k x_l n_k without summation, as thirds of x.n, x x.n / 4 and x x^T
+/// x.n / 5.
 Sums sums_at(const Jet& j, Vec3 origin) {
   const Vec3 x = j.s - origin;
   const Real out = glm::dot(x, glm::cross(j.u, j.v));
@@ -59,8 +60,8 @@ struct Patch {
   Range u, v;
 };
 
-/// The rest of a quadrature: what may still be cut, of all patches of a skin, and what it says of
-/// itself.
+/// State of a quadrature over all patches of a skin: the cuts left, and its result's cost and
+/// uncertainty.
 struct Work {
   Quadrature by;
   int cuts_left = kMostCuts;
@@ -89,14 +90,14 @@ bool agree(const Sum& a, const Sum& b, const Sum& scale) {
   return true;
 }
 
-/// Cut in four until the parts add up to the whole, or nothing is left to cut with.
+/// Adaptive quadrature: cuts in four until the parts add up to the whole, or no cuts are left.
 template <class Sum, class At>
 struct Integral {
   const At& at;
   const Sum& scale;
   Work& work;
 
-  // By more and more points, which suffice for small pieces, then in parts.
+  // Rules of more and more points, which suffice for small pieces; then subdivision.
   Sum of_piece(const Patch& patch) {
     const Sum few = over<4, Sum>(patch, at, work), more = over<8, Sum>(patch, at, work);
     if (agree(few, more, scale)) return more;
@@ -163,7 +164,7 @@ Enclosed of_ellipsoid(Vec3 half) {
 
 Enclosed enclosed_by(const Skin& skin) {
   if (skin.half_axes()) return of_ellipsoid(*skin.half_axes());
-  // About a middle of its own, so that a skin far from the origin loses no digits.
+  // About a centre of its own, so that a skin far from the origin loses no digits.
   Vec3 origin(0);
   for (const Face& face : skin.faces())
     origin += bounding_ball(face.surface().points).centre / Real(skin.faces().size());

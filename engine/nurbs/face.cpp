@@ -28,7 +28,7 @@ Face::Face(Surface surface) : surface_(std::move(surface)) {
   const std::vector<Surface> pieces = bezier_pieces(surface_);
   if (std::max(surface_.u.degree, surface_.v.degree) <= kFastDegree) make_pieces(pieces);
   make_leaves(pieces);
-  // Control points of small weight lie far off.
+  // Control points of small weight may be far off.
   if (!tree_.nodes().empty()) size_ = std::min(size_, tree_.nodes().front().ball.radius);
 }
 
@@ -52,7 +52,7 @@ void Face::make_pieces(const std::vector<Surface>& pieces) {
 
 namespace {
 
-/// Two of the four numbers of a homogeneous point: as many as leave all sums in registers.
+/// Two of the four numbers of a homogeneous point: as many as keep all sums in registers.
 PANTIN_INLINE Two load_two(const Real* p) {
   Two pair;
   std::memcpy(&pair, p, sizeof pair);
@@ -109,7 +109,7 @@ PANTIN_INLINE Lifted divided(const Lifted& h, const Weights& w) {
   return d;
 }
 
-/// Where a place lies in its piece, and the inverse widths of that.
+/// The local parameters of a point in its piece, and the inverse widths of that.
 struct InPiece {
   const Real* coefficients;
   Real u, v, per_u, per_v;

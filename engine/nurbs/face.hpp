@@ -1,5 +1,5 @@
 #pragma once
-/// A surface made ready for contact: pieces that are evaluated fast, and bounds to search by.
+/// A surface prepared for contact: fast evaluation of its pieces, and bounds for searches.
 ///
 /// Internal (pantin::detail); installed because a World holds surfaces.
 #include <algorithm>
@@ -16,22 +16,22 @@ struct Jet {
   Vec3 s{0}, u{0}, v{0}, uu{0}, uv{0}, vv{0};
 };
 
-/// Bounds of one cell of a surface, within one polynomial piece. All hold for certain.
+/// Bounds of one cell of a surface, within one polynomial piece. All are guaranteed.
 struct Leaf {
   Range u, v;
-  // The cell lies within a disc about `centre`, its own middle: no farther than `radius` from it
-  // and `half_thickness` from the plane across `normal`, m.
+  // The cell is within a disc about `centre`, its own middle: no farther than `radius` from it and
+  // `half_thickness` from the plane across `normal`, m.
   Vec3 centre{0}, normal{0};
   Real radius = 0, half_thickness = 0;
   Real turn = kPi;  // its normals are within this angle of `normal`, rad
-  // Derivatives with both parameters from -1 to 1 over it, m: the first ones in its middle, and
-  // bounds in all of it, those of an order from the one of u alone to the one of v alone.
+  // Derivatives by parameters from -1 to 1 over the cell, m: the first ones in its middle, and
+  // bounds over the cell, for each order from pure u to pure v.
   Vec3 along_u{0}, along_v{0};
   Real first[2] = {}, second[3] = {}, third[4] = {};
 
-  /// How far the cell is from the parallelogram of its middle at most, m.
+  /// Largest distance of the cell from the parallelogram of its middle, m.
   Real sag() const { return (second[0] + 2 * second[1] + second[2]) / 2; }
-  /// How far d, from its centre, is outside of it along a unit vector; 0 if it may be in it.
+  /// Lower bound of the distance by which d, from its centre, is outside along a unit vector.
   Real outside(Vec3 d, Vec3 axis) const {
     const Real extent =
         std::abs(glm::dot(along_u, axis)) + std::abs(glm::dot(along_v, axis)) + sag();
@@ -39,30 +39,30 @@ struct Leaf {
   }
 };
 
-/// Where a branch of the tree lies, in the surface's frame, and where its normals point.
+/// Bounds of a branch of the tree, in the surface's frame: extent and normals.
 struct Region {
   Vec3 low{0}, high{0};
   Vec3 normal{0};
   Real turn = kPi;  // its normals are within this angle of `normal`, rad
 
-  /// The least distance of its box from p, m.
+  /// Distance of its box from p, m.
   Real distance(Vec3 p) const { return glm::length(p - glm::clamp(p, low, high)); }
 };
 
-/// A tree of balls around numbered things.
+/// A tree of bounding balls of numbered items.
 class BallTree {
  public:
   struct Node {
     Ball ball;
-    std::uint32_t first = 0;  // leaf: the thing; branch: of its two nodes, side by side
+    std::uint32_t first = 0;  // leaf: the item; branch: of its two nodes, side by side
     bool is_leaf = false;
   };
 
   void build(std::span<const Ball> balls);
   const std::vector<Node>& nodes() const { return nodes_; }
 
-  /// Calls `found(thing)` for those for which `least(node)`, their distance from something or less,
-  /// may be below `limit()`, nearest first as far as that tells; `limit` is asked again every time.
+  /// Calls `found(item)` for items whose lower bound `least(node)` is at most `limit()`,
+  /// approximately nearest first. `limit` is evaluated again every time.
   template <class Least, class Limit, class Found>
   void visit(Least&& least, Limit&& limit, Found&& found) const {
     if (nodes_.empty()) return;
@@ -95,7 +95,7 @@ class BallTree {
   std::vector<Node> nodes_;
 };
 
-/// A surface that has passed errors_of(). Immutable after it is made: copies and threads share it.
+/// A surface that has passed errors_of(). Immutable: copies and threads share it.
 class Face {
  public:
   explicit Face(Surface surface);
@@ -108,7 +108,7 @@ class Face {
 
   /// Point and derivatives; parameters within the domain. No heap.
   Jet at(Real u, Real v) const { return at(piece_at(u, v), u, v); }
-  /// One of the polynomial pieces; which it is matters at knots where the surface has a crease.
+  /// One of the polynomial pieces; the choice matters at knots where the surface has a crease.
   struct Piece {
     std::size_t u = 0, v = 0;
   };
@@ -117,14 +117,14 @@ class Face {
 
   const std::vector<Leaf>& leaves() const { return leaves_; }
   const BallTree& tree() const { return tree_; }
-  /// Of every node of the tree.
+  /// By node of the tree.
   const std::vector<Region>& regions() const { return regions_; }
 
  private:
   void make_pieces(const std::vector<Surface>& pieces);
   void make_leaves(const std::vector<Surface>& pieces);
 
-  /// Where the pieces of one direction begin; a parameter's place in its piece is from -1/2 to 1/2.
+  /// Starts of the pieces of one direction; the local parameter in a piece is from -1/2 to 1/2.
   struct Pieces {
     std::vector<Real> starts;  // one for each piece
     std::vector<int> spans;

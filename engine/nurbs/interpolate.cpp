@@ -1,4 +1,4 @@
-// Splines through points, and sweeps that turn.
+// Interpolating splines, and sweeps that rotate.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -11,7 +11,7 @@ namespace {
 
 using std::to_string;
 
-/// A square system with entries near its diagonal only, solved for many right sides at once.
+/// A banded square system, solved for many right-hand sides at once.
 class BandSystem {
  public:
   struct Entry {
@@ -20,7 +20,7 @@ class BandSystem {
   };
   BandSystem(std::size_t size, std::span<const Entry> entries);
 
-  /// In place; false if it has no solution, or no certain one.
+  /// In place; false if it has no solution, or only an uncertain one.
   bool solve(Rows& right);
 
  private:
@@ -31,7 +31,7 @@ class BandSystem {
   void swap_rows(std::size_t a, std::size_t b, Rows& right);
 
   std::size_t size_, below_ = 0, above_ = 0;  // entries of a row beside the diagonal
-  std::size_t width_ = 0;                     // of a row, room for exchanged ones included
+  std::size_t width_ = 0;                     // of a row, fill-in by exchanged rows included
   std::vector<Real> band_;
 };
 
@@ -45,7 +45,7 @@ BandSystem::BandSystem(std::size_t size, std::span<const Entry> entries) : size_
   for (const Entry& e : entries) at(e.row, e.column) += e.value;
 }
 
-// Of two rows of which the columns before `a` are done with.
+// Exchanges two rows, from column `a` on.
 void BandSystem::swap_rows(std::size_t a, std::size_t b, Rows& right) {
   if (a == b) return;
   for (std::size_t j = a; j < end(a); ++j) std::swap(at(a, j), at(b, j));
@@ -95,7 +95,8 @@ Knots mean_knots(std::span<const Real> at, int degree) {
   return knots;
 }
 
-// Where what runs round and round stands so that neighbours stay near: from both ends in turns.
+// Order of cyclic unknowns that keeps neighbours close, so that the band is narrow: from both ends
+// in turns.
 std::size_t folded(std::size_t i, std::size_t count) {
   return i < (count + 1) / 2 ? 2 * i : 2 * (count - 1 - i) + 1;
 }
@@ -123,11 +124,11 @@ std::optional<Rows> through(const Knots& knots, std::span<const Real> at, const 
     copy_row(rows, i, right, place(i));
   }
   if (!BandSystem(count, entries).solve(right)) return std::nullopt;
-  // Of a periodic spline the first control points stand at the end again.
+  // The first control points of a periodic spline are repeated at its end.
   const auto all = static_cast<std::size_t>(knots.count());
   Rows solved{std::vector<Weighted>(all * across), across};
   for (std::size_t i = 0; i < all; ++i) copy_row(right, place(i % count), solved, i);
-  // Weights that are the same in all rows stay so to the last digit.
+  // Weights that are equal in all rows stay equal to the last digit.
   for (std::size_t c = 0; c < across; ++c) {
     const Real weight = rows.points[c].w;
     bool is_one = true;
@@ -145,7 +146,7 @@ Rows rows_of(std::span<const Vec3> points, std::size_t across) {
   return rows;
 }
 
-// Parameters by chord length; for periodic curves one more, which closes. An error if two are one.
+// Parameters by chord length; for periodic curves one more, which closes. Fails if two are equal.
 Result<std::vector<Real>> by_chords(std::span<const Vec3> points, Ends ends) {
   std::vector<Real> at{0};
   const std::size_t last = points.size() - (ends == Ends::open ? 1 : 0);
@@ -173,7 +174,7 @@ std::optional<Error> misfit(std::size_t count, int degree) {
 
 const Error kSingular{"points: found parameters that no spline of this degree fits"};
 
-// Knots that repeat with period 1 and lie such that every parameter has its own function: on the
+// Knots that repeat with period 1 and give every parameter a basis function of its own: at the
 // parameters for odd degrees, midway for even ones.
 Knots periodic_knots(std::span<const Real> at, int degree) {
   const int count = static_cast<int>(at.size()) - 1;
@@ -253,7 +254,7 @@ Vec3 mirrored(Vec3 v, Vec3 across) {
   return length > 0 ? v - 2 * glm::dot(across, v) / length * across : v;
 }
 
-// Frames along a path that do not turn about it, by two reflections each. [Wang 2008]
+// Rotation-minimising frames along a path, by two reflections each. [Wang 2008]
 std::vector<Station> stations_on(const Curve& path, std::span<const Real> at) {
   std::vector<Station> all;
   for (Real t : at) {
