@@ -108,7 +108,7 @@ struct Blossom {
   const std::vector<Weighted>& at(int span, const Arguments& at);
 };
 
-// The blossom of the polynomials on a span, for every column: the last row of what it returns.
+// The blossom of the polynomials on a span, for every column: in the last row of the result.
 const std::vector<Weighted>& Blossom::at(int span, const Arguments& at) {
   const int p = knots.degree;
   const auto across = rows.across;
@@ -127,7 +127,7 @@ const std::vector<Weighted>& Blossom::at(int span, const Arguments& at) {
   return work;
 }
 
-// A span of `to` that is not empty, as close to the middle of function i as there is one.
+// The span of `to` that is not empty and closest to the middle of function i; -1 if there is none.
 int middle_span(const Knots& to, int i) {
   int best = -1;
   for (int j = std::max(i, to.degree); j <= std::min(i + to.degree, to.count() - 1); ++j) {
@@ -153,7 +153,7 @@ Rows on_knots(const Knots& from, const Rows& rows, const Knots& to) {
     const int span = from.span_at((to[j] + to[j + 1]) / 2);
     Weighted* row = &result.points[static_cast<std::size_t>(i) * across];
     const int q = to.degree, rounds = q == from.degree ? 1 : q;
-    // Of one degree more: the mean over the arguments, each left out once.
+    // For one degree more: the mean over the arguments with one left out.
     for (int out = 0; out < rounds; ++out) {
       for (int k = 0, n = 0; k < q; ++k)
         if (rounds == 1 || k != out) at[n++] = to[i + 1 + k];

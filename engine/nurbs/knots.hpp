@@ -1,5 +1,5 @@
 #pragma once
-/// One direction of a spline: its knots, and what stands on them.
+/// One direction of a spline: its knots and basis functions.
 ///
 /// Internal (pantin::detail); installed because a World holds surfaces.
 #include <array>
@@ -24,12 +24,11 @@ struct Range {
   Real clamped(Real t) const { return t < low ? low : (t > high ? high : t); }
 };
 
-/// Degree and knots of one direction; as many control points stand on them as count() says. The
-/// ends may be clamped or not.
+/// Degree and knots of one direction, which has count() control points. The ends may be clamped or
+/// not.
 ///
-/// `is_periodic` says that both ends of the domain are one place: parameters are wrapped. The
-/// control points close up, clamped (first = last) or wrapped (the first `degree` stand at the end
-/// again).
+/// `is_periodic`: both ends of the domain are one point, and parameters are wrapped. The control
+/// points close up: clamped (first = last) or wrapped (the first `degree` are repeated at the end).
 struct Knots {
   int degree = 1;
   std::vector<Real> values;  // not decreasing
@@ -46,7 +45,7 @@ struct Knots {
   /// i with values[i] <= t < values[i + 1] within the domain; at its end the last that is not
   /// empty.
   int span_at(Real t) const;
-  /// How often a knot occurs.
+  /// Multiplicity of a knot.
   int multiplicity(Real knot) const;
   /// The distinct knots of the domain, both ends included.
   std::vector<Real> breaks() const;
@@ -60,10 +59,10 @@ struct Knots {
   }
 };
 
-/// Knots that are `count` control points of a clamped spline with equal spans over [0, 1].
+/// Knots of a clamped spline with `count` control points and equal spans over [0, 1].
 Knots uniform_knots(int degree, int count);
 
-/// A parameter taken as one of a span, whose polynomials are continued outside it.
+/// A parameter evaluated by the polynomials of a span, which are continued outside it.
 struct InSpan {
   int span;
   Real t;
@@ -110,13 +109,13 @@ struct Rows {
   std::size_t across = 1;
 };
 
-/// The same spline on other knots: of the same degree, or of one more. Every knot of `from` within
-/// the domain of `to` is there as often (of one more degree: once more often); the domain may be
-/// a part. Knots are inserted, degrees raised, splines cut and pieces extracted by this.
-/// [Ramshaw 1989: control points are values of the blossom]
+/// The same spline on other knots, of the same degree or of one more. Every knot of `from` within
+/// the domain of `to` has to occur as often (for one degree more: once more); the domain may be a
+/// part. Used for knot insertion, degree elevation, cuts and the extraction of pieces. [Ramshaw
+/// 1989: control points are values of the blossom]
 Rows on_knots(const Knots& from, const Rows& rows, const Knots& to);
 
-/// Net of `rows` by `across` turned to `across` by `rows`.
+/// Transposes a net of `rows` by `across`.
 Rows turned(const Rows& rows);
 
 }  // namespace pantin::detail::nurbs

@@ -1,4 +1,4 @@
-// The cells of a surface, and the trees that they are found by.
+// The cells of a surface, and the trees over them.
 #include <algorithm>
 #include <cmath>
 
@@ -9,11 +9,11 @@
 namespace pantin::detail::nurbs {
 namespace {
 
-// Cells that turn no more are not cut, rad; of many pieces a search halves those that it looks at.
+// rad: cells whose normals turn less are not cut; with many pieces, searches halve cells on demand.
 constexpr Real kTurn = kStraight, kTurnOfMany = 1;
 constexpr std::size_t kMany = 5000;
 constexpr int kMostCuts = 8;    // of a piece, one after the other
-constexpr Real kSlack = 1e-13;  // relative: what rounding may add
+constexpr Real kSlack = 1e-13;  // relative: allowance for rounding
 
 struct CutPiece {
   Surface piece;
@@ -43,7 +43,7 @@ void Face::make_leaves(const std::vector<Surface>& pieces) {
     open.push_back({part_of(next.piece, way, {range.low, range.middle()}), next.cuts + 1});
   }
   tree_.build(balls);
-  // Branches stand before what they divide into.
+  // Branches precede their children.
   regions_.resize(tree_.nodes().size());
   for (std::size_t i = regions_.size(); i-- > 0;) {
     const BallTree::Node& node = tree_.nodes()[i];

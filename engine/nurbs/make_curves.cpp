@@ -1,4 +1,4 @@
-// Lines and conics, and surfaces that follow from them exactly.
+// Lines and conics, and surfaces derived from them exactly.
 #include <algorithm>
 #include <cmath>
 
@@ -8,8 +8,8 @@
 namespace pantin::detail::nurbs {
 namespace {
 
-/// Quadratic pieces of a circle: where their control points stand, in units of the radius, and how
-/// much they weigh.
+/// Quadratic pieces of a circle: positions of their control points, in units of the radius, and
+/// their weights.
 struct Turn {
   Knots knots;
   struct Stop {
@@ -146,7 +146,7 @@ std::array<Vec3, 3> axes_of(int chart) {
 }  // namespace
 
 std::array<Surface, 6> charts(Vec3 half_axes) {
-  // (2 u, 2 v, 1 - u^2 - v^2) / (1 + u^2 + v^2) over a square: blossoms of its terms.
+  // (2 u, 2 v, 1 - u^2 - v^2) / (1 + u^2 + v^2) over a square, by blossoms of its terms.
   constexpr Real r = kChartReach;
   constexpr Real kLinear[3] = {-r, 0, r}, kSquare[3] = {r * r, -r * r, r * r};
   std::array<Surface, 6> all;

@@ -1,6 +1,6 @@
 #pragma once
-/// Curves and surfaces by name. Lengths in metres, angles in radians; all conics, and what is made
-/// of them by turning, moving and scaling, are exact.
+/// Curves and surfaces by name. Lengths in metres, angles in radians. Conics are exact, and so are
+/// their revolutions, translations and scalings.
 #include <optional>
 #include <span>
 
@@ -9,8 +9,7 @@
 
 namespace pantin::detail::nurbs {
 
-/// Where a conic or a surface stands: `x`, `y` and `z` unit and square to one another, z = x cross
-/// y.
+/// Frame of a conic or a surface: `x`, `y` and `z` are unit and perpendicular, z = x cross y.
 struct Frame {
   Vec3 origin{0};
   Vec3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
@@ -19,13 +18,13 @@ struct Frame {
 // ---- Curves, all over [0, 1] -------------------------------------------------------------------
 
 Curve line(Vec3 from, Vec3 to);
-/// Part of an ellipse with the half axes `a` (along x) and `b` (along y), from one angle to another
-/// (at most 2 pi on), quadratic, a piece for every quarter or less.
+/// Part of an ellipse with the half axes `a` (along x) and `b` (along y), between two angles (at
+/// most 2 pi apart): quadratic, with a piece for every quarter or less.
 Curve elliptic_arc(const Frame& at, Real a, Real b, Range angles);
 inline Curve arc(const Frame& at, Real radius, Range angles) {
   return elliptic_arc(at, radius, radius, angles);
 }
-/// Whole and periodic.
+/// A whole ellipse, periodic.
 Curve ellipse(const Frame& at, Real a, Real b);
 inline Curve circle(const Frame& at, Real radius) { return ellipse(at, radius, radius); }
 
@@ -35,22 +34,22 @@ inline Curve circle(const Frame& at, Real radius) { return ellipse(at, radius, r
 Surface plane(const Frame& at, Real a, Real b);
 /// About z: u around, v from the bottom at the origin up. Side only.
 Surface cylinder(const Frame& at, Real radius, Real height);
-/// A cone's side between two circles; a radius of 0 makes a point, which check() finds.
+/// A cone's side between two circles; a radius of 0 makes a degenerate edge, see flaws_of().
 Surface cone(const Frame& at, std::array<Real, 2> radii, Real height);
 /// u around z, v from pole to pole, which are singular: see charts() for one without poles.
 Surface sphere(const Frame& at, Real radius);
 Surface ellipsoid(const Frame& at, Vec3 half_axes);
 /// u around z at `radius`, v around the tube.
 Surface torus(const Frame& at, Real radius, Real tube);
-/// A curve, given in space, turned about z; u is the angle, periodic if it is 2 pi.
+/// A curve, given in space, revolved about z; u is the angle, periodic if it is 2 pi.
 Surface revolved(const Curve& profile, const Frame& at, Real angle);
-/// u as the curve, v along the way.
+/// u along the curve, v along `way`.
 Surface extruded(const Curve& curve, Vec3 way);
-/// u along the path, v along the section, which keeps its directions: S = path(u) + section(v).
-/// Exact.
+/// u along the path, v along the section, which is not rotated: S = path(u) + section(v). Exact.
 Surface swept(const Curve& section, const Curve& path);
-/// A section given in a frame's x and y that turns with the path, as little as can be [Wang 2008].
-/// Exact at `stations` places equally spaced in the path's parameter, interpolated between them.
+/// A section, given in a frame's x and y, that rotates with the path by a rotation-minimising frame
+/// [Wang 2008]. Exact at `stations` points equally spaced in the path's parameter, interpolated
+/// between them.
 Surface swept_turning(const Curve& section, const Curve& path, int stations);
 
 /// Six overlapping charts of an ellipsoid about the origin, one for each side of a cube, each over
@@ -58,7 +57,8 @@ Surface swept_turning(const Curve& section, const Curve& path, int stations);
 /// biquadratic patch. Order +x, -x, +y, -y, +z, -z.
 inline constexpr Real kChartReach = 0.7;
 std::array<Surface, 6> charts(Vec3 half_axes);
-/// The chart that a point of that ellipsoid, or a direction, lies deepest in, and where there.
+/// The chart that covers a point of that ellipsoid, or a direction, farthest from its edges;
+/// parameters there.
 struct ChartPoint {
   int chart = 0;
   Real u = 0, v = 0;

@@ -18,7 +18,7 @@ struct Slope {
   Vec3 on_a{0}, on_b{0};
 };
 
-// Solves the free rows of a symmetric system by square-free Cholesky; false if not positive
+// Solves the free rows of a symmetric system by root-free Cholesky; false if it is not positive
 // definite.
 bool solve_free(Real (&h)[4][4], const std::array<bool, 4>& is_free, const Four4& right, Four4& x) {
   Real l[4][4] = {}, d[4] = {};

@@ -1,4 +1,4 @@
-// Starts for pairs of faces: cells that may hold what is looked for, by bounds that hold.
+// Starts for pairs of faces: pairs of cells that guaranteed bounds cannot exclude.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -9,17 +9,17 @@
 namespace pantin::detail::nurbs {
 namespace {
 
-// Of the least distance: what is nearer to it counts as it.
+// Fraction of the least distance: closer values count as equal.
 constexpr Real kNearer = 1 - 1e-10;
 
-/// Walks two trees together, and on into cells of their leaves.
+/// Walks two trees together, then halves the cells of their leaves.
 class PairWalk {
  public:
   explicit PairWalk(const Meeting& of)
       : a_(of.a), b_(of.b), a_in_b_{glm::mat3_cast(of.a_in_b.rotation), of.a_in_b.position} {}
 
-  /// Calls `found(a, b)` for the pairs of straight cells that `asked` lets pass, with all that they
-  /// are parts of. It is asked of regions, as (a, b, standing of a), and of cells, as (a, b).
+  /// Calls `found(a, b)` for pairs of straight cells that `asked` accepts, and all of whose parents
+  /// it accepts. `asked` gets regions, as (a, b, pose of a), and cells, as (a, b).
   template <class Asked, class Found>
   void run(Asked&& asked, Found&& found) const {
     for (int i = 0; i < static_cast<int>(a_.faces().size()); ++i)
@@ -94,7 +94,7 @@ class PairWalk {
   Standing a_in_b_;
 };
 
-// Where the parallelograms of two cells are nearest, about.
+// The approximate nearest points of two cells' parallelograms.
 PlacePair start_of(const PatchCell& a, const PatchCell& b) {
   const Vec3 ways[4] = {a.along_u, a.along_v, -b.along_u, -b.along_v};
   Real shares[4] = {};
@@ -106,7 +106,7 @@ PlacePair start_of(const PatchCell& a, const PatchCell& b) {
   return {place(a, shares[0], shares[1]), place(b, shares[2], shares[3])};
 }
 
-/// Contacts by gap, each once.
+/// Contacts sorted by gap, without duplicates.
 class Collected {
  public:
   Collected(std::span<CommonNormal> out, Real alike) : out_(out), alike_(alike) {}
@@ -121,7 +121,7 @@ class Collected {
     if (std::any_of(begin, end, is_same)) return;
     const auto place = std::find_if(begin, end, [&](const auto& o) { return found.gap < o.gap; });
     if (place == out_.end()) return;
-    // The last falls out where there is no room.
+    // The last is dropped if there is no room.
     count_ = std::min(count_ + 1, out_.size());
     const auto last = begin + static_cast<std::ptrdiff_t>(count_);
     std::move_backward(place, last - 1, last);

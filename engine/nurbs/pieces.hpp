@@ -1,13 +1,13 @@
 #pragma once
-/// The polynomial pieces of a spline: which one a parameter is in, and its powers.
+/// The polynomial pieces of a spline: the piece of a parameter, and its powers.
 #include <span>
 
 #include "engine/nurbs/knots.hpp"
 
 namespace pantin::detail::nurbs {
 
-/// The piece of a parameter, of those that begin at `starts`; the first or the last outside of the
-/// domain. Without branches, which would be guessed wrong half of the time.
+/// The piece of a parameter among those that begin at `starts`; the first or the last outside the
+/// domain. Without branches, since half of them would be mispredicted.
 inline std::size_t piece_at(std::span<const Real> starts, Real t) {
   std::size_t first = 0, count = starts.size();
   while (count > 1) {
@@ -18,8 +18,8 @@ inline std::size_t piece_at(std::span<const Real> starts, Real t) {
   return first;
 }
 
-/// The powers of a Bezier piece about its middle, in place: coefficient k is derivative k by k!,
-/// the parameter from -1/2 to 1/2.
+/// Converts a Bezier piece to powers about its middle, in place: coefficient k is derivative k /
+/// k!, with the parameter from -1/2 to 1/2.
 void to_powers(std::span<Weighted> piece);
 
 }  // namespace pantin::detail::nurbs

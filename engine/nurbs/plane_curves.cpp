@@ -20,14 +20,14 @@ std::string shown(Real x) {
   return text;
 }
 
-/// A corner that an arc rounds.
+/// A corner rounded by an arc.
 struct Corner {
   Vec3 at{0}, in{0}, out{0};  // the corner; unit, of the sides before and after
   Real turn = 0;              // rad
   Real cut = 0;               // m, of each side
 };
 
-/// Lines and arcs one after the other, of degree 2.
+/// A chain of lines and arcs, of degree 2.
 class Pen2 {
  public:
   explicit Pen2(Vec3 from) {
@@ -39,7 +39,7 @@ class Pen2 {
     const Real length = glm::distance(from, to);
     if (length > 0) piece((from + to) / 2.0, 1, to, length);
   }
-  /// Towards `by`, to `to`, where the tangents at both ends meet in `by`.
+  /// Adds an arc to `to`; the tangents at both its ends meet in `by`.
   void arc(Vec3 by, Real half_turn, Vec3 to) {
     const Vec3 from = made_.points.back().point();
     piece(by, std::cos(half_turn), to, glm::distance(from, to));
@@ -92,7 +92,7 @@ Result<Curve> rounded_polygon(std::span<const Vec3> points, Real radius) {
     const Corner& c = corners[i % n];
     pen.line(c.at - c.cut * c.in);
     if (!(c.cut > 0)) continue;
-    // Two arcs where one would turn far.
+    // Two arcs, if one would turn too far.
     const Vec3 end = c.at + c.cut * c.out;
     if (std::abs(c.turn) < 2) {
       pen.arc(c.at, c.turn / 2, end);
@@ -139,7 +139,7 @@ Real gap_between(Vec3 from, Vec3 to) { return glm::distance(from, to); }
 Vec3 start_of(const Curve& c) { return evaluate(c, c.knots.low(), 0)[0]; }
 Vec3 end_of(const Curve& c) { return evaluate(c, c.knots.high(), 0)[0]; }
 
-/// Those that run the other way are turned round, where they meet their neighbours so.
+/// Reverses curves that run the other way, so that they meet their neighbours.
 std::vector<Curve> head_to_tail(std::span<const Curve> curves) {
   std::vector<Curve> all(curves.begin(), curves.end());
   for (std::size_t i = 1; i < all.size(); ++i) {
@@ -163,7 +163,7 @@ Result<Curve> joined(std::span<const Curve> given) {
   for (const Curve& c : curves) degree = std::max(degree, c.knots.degree);
   Curve made;
   made.knots.degree = degree;
-  Real speed = 0, size = 0;  // where the last one ends
+  Real speed = 0, size = 0;  // at the end of the last one
   for (std::size_t i = 0; i < curves.size(); ++i) {
     Curve next = part_of(curves[i], curves[i].knots.domain());
     next.knots.is_periodic = false;
@@ -183,7 +183,7 @@ Result<Curve> joined(std::span<const Curve> given) {
     if (glm::length(gap) > kMeets * size)
       return Error{"found curve " + std::to_string(i) + " to begin " + shown(glm::length(gap)) +
                    " m from the end of the one before, expected it to begin there"};
-    // Its own parameter stretched to go on as fast, its weights to go on from the last one's.
+    // Scale the parameter to keep the speed, and the weights to continue from the last one's.
     const Real stretch = starts / speed, weight = last.w / next.points.front().w;
     const Real shift = made.knots.values.back();
     made.knots.values.pop_back();
@@ -208,7 +208,7 @@ CurvePoints points_along(const Curve& curve, Real chord) {
   const Knots& knots = curve.knots;
   for (const int span : knots.spans()) {
     const Real low = knots[span], width = knots[span + 1] - low;
-    // Of the sag of a chord, bend / 8 over a part squared.
+    // With n chords the sagitta is bend / (8 n^2).
     Real bend = 0;
     for (const Real x : {0.1, 0.5, 0.9}) {
       const CurveDerivatives d = evaluate_on(curve, span, low + x * width, 2);
@@ -240,10 +240,10 @@ Real area_around(const Curve& curve) {
 
 namespace {
 
-/// Where chords of a curve of the plane lie: boxes of ranges of them, halved down to one.
+/// A tree of boxes over ranges of chords of a plane curve, halved down to one chord.
 class ChordBoxes {
  public:
-  /// Chord i runs from points[i] to the next one, round about.
+  /// Chord i runs from points[i] to the next one, cyclically.
   ChordBoxes(std::span<const Vec3> points, std::size_t chords) : chords_(chords) {
     while (leaves_ < chords) leaves_ *= 2;
     boxes_.resize(2 * leaves_);
@@ -256,8 +256,8 @@ class ChordBoxes {
                    glm::max(boxes_[2 * i].high, boxes_[2 * i + 1].high)};
   }
 
-  /// The first chord from `from` on whose box meets that of chord i and that `crosses`; how many
-  /// there are if none.
+  /// The first chord from `from` on whose box overlaps that of chord i and for which `crosses` is
+  /// true; the number of chords if there is none.
   template <class Crosses>
   std::size_t first(std::size_t i, std::size_t from, const Crosses& crosses) const {
     return first_in({1, 0, leaves_}, {i, from}, crosses);

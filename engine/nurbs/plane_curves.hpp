@@ -1,5 +1,5 @@
 #pragma once
-/// Outlines of the plane z = 0: made of points and of pieces, and what is wrong with them.
+/// Outlines of the plane z = 0: made of points and of pieces, and their faults.
 #include <array>
 #include <optional>
 #include <span>
@@ -15,26 +15,26 @@ namespace pantin::detail::nurbs {
 /// corner whose sides are too short, and two points that are one.
 Result<Curve> rounded_polygon(std::span<const Vec3> points, Real radius);
 
-/// Curves one after the other as one, periodic if the last ends where the first begins; those that
-/// run the other way are turned round. Speeds meet where tangents do. An error names a curve that
-/// does not begin where the one before ends, within 1e-6 of the sizes.
+/// Joins consecutive curves to one, periodic if the last ends where the first begins; reverses
+/// curves that run the other way. Speeds agree where tangents do. An error names a curve that does
+/// not begin where the one before ends, within 1e-6 of the sizes.
 Result<Curve> joined(std::span<const Curve> curves);
 
-/// The same points the other way.
+/// The same points in reverse order.
 Curve reversed(const Curve& curve);
 
-/// Closed, and known to be: a curve whose ends are one place, and smooth there, is periodic.
+/// Marks a curve as periodic if its ends coincide smoothly.
 Curve closed_up(const Curve& curve);
 
-/// Of what a closed curve of the plane runs around, anticlockwise above 0, m^2; within about 1e-3.
+/// Signed area of a closed curve of the plane, m^2: above 0 anticlockwise; accurate to about 1e-3.
 Real area_around(const Curve& curve);
 
-/// Parameters of two places at which a curve of the plane crosses itself; of chords that are
+/// Parameters of two points at which a curve of the plane crosses itself; tested on chords that are
 /// short against its size.
 std::optional<std::array<Real, 2>> crossing_of(const Curve& curve);
 
-/// Points along a curve, so dense that chords are within about `chord` (m) of it, at most 64 to a
-/// polynomial piece; of a periodic one the first is not given again.
+/// Points along a curve, with chords within about `chord` (m) of it, at most 64 to a polynomial
+/// piece; a periodic curve does not repeat its first point.
 struct CurvePoints {
   std::vector<Real> at;
   std::vector<Vec3> points;

@@ -12,7 +12,7 @@ namespace {
 bool is_of_u(Edge edge) { return edge == Edge::u_low || edge == Edge::u_high; }
 bool is_low(Edge edge) { return edge == Edge::u_low || edge == Edge::v_low; }
 
-// The place at a share of an edge.
+// Parameters at a fraction of an edge.
 std::array<Real, 2> along(const Face& face, Edge edge, Real share) {
   const Range u = face.u().domain(), v = face.v().domain();
   const Range& own = is_of_u(edge) ? u : v;
@@ -28,7 +28,7 @@ Vec3 point_along(const Face& face, Edge edge, Real share) {
 
 constexpr int kProbes = 9;
 
-// Whether every probe of one edge lies on the other: their parameters need not run alike.
+// Whether every sample of one edge is on the other; their parametrisations may differ.
 bool do_meet(const Curve& one, const Curve& two, Real tolerance) {
   const Wire other(two);
   const Range range = one.knots.domain();
@@ -71,7 +71,7 @@ bool lies_in_plane(const Surface& s) {
   const Vec3 corner = at(0, 0);
   const Vec3 across = glm::cross(at(s.u.count() - 1, 0) - corner, at(0, s.v.count() - 1) - corner);
   const Real area = glm::length(across);
-  if (!(area > 0)) return false;  // one that closes
+  if (!(area > 0)) return false;  // a closed surface
   for (int i = 0; i < s.u.count(); ++i)
     for (int j = 0; j < s.v.count(); ++j)
       if (!(std::abs(glm::dot(across, at(i, j) - corner)) <= 1e-12 * area * std::sqrt(area)))
@@ -129,11 +129,11 @@ void Skin::join(Real tolerance) {
       const bool backward =
           std::max(glm::distance(begin, to), glm::distance(end, from)) <= tolerance;
       if (!forward && !backward) continue;
-      // A degenerate edge, one point, joins nothing.
+      // A degenerate edge (one point) joins nothing.
       const Vec3 middle = point_along(face_at(e), edge_at(e), 0.5);
       if (glm::distance(begin, end) <= tolerance && glm::distance(begin, middle) <= tolerance)
         continue;
-      // Both ends of a closed edge are one: a place a quarter on tells which way it runs.
+      // The ends of a closed edge coincide: a point a quarter along it gives the direction.
       const Vec3 quarter = point_along(face_at(e), edge_at(e), 0.25);
       const bool is_against =
           !forward ||

@@ -1,5 +1,5 @@
 #pragma once
-/// What surrounds a body: faces, and across which edges they join.
+/// The boundary of a body: faces, and the edges at which they join.
 ///
 /// Internal (pantin::detail); installed because a World holds surfaces.
 #include <optional>
@@ -15,7 +15,7 @@ namespace pantin::detail::nurbs {
 enum class Edge { u_low, u_high, v_low, v_high };
 inline constexpr int kEdges = 4;
 
-/// A place on a skin.
+/// A point on a skin: face and parameters.
 struct Place {
   int face = 0;
   Real u = 0, v = 0;
@@ -27,10 +27,10 @@ struct Place {
   }
 };
 
-/// Faces whose outer side is outside the body; immutable after it is made, or read.
+/// Faces whose outer side is outside the body; immutable once made or read.
 class Skin {
  public:
-  /// No faces: to read one into.
+  /// No faces: for reading.
   Skin() = default;
   /// Edges that coincide within `tolerance` (m) are joined, forward or backward.
   Skin(std::vector<Surface> faces, Real tolerance);
@@ -41,19 +41,19 @@ class Skin {
   const Face& face(int i) const { return faces_[static_cast<std::size_t>(i)]; }
   /// Radius of the largest face's ball, m.
   Real size() const { return size_; }
-  /// Certainly without hollows: an ellipsoid by charts, or flat.
+  /// Certainly convex: an ellipsoid by charts, or flat.
   bool is_convex() const { return half_axes_ || is_flat_; }
   /// The face across an edge; none at a rim.
   std::optional<int> neighbour(int face, Edge edge) const;
 
-  /// Where one arrives who leaves a face across an edge at (u, v) on it; none at a rim.
+  /// Parameters on the neighbouring face after crossing an edge at (u, v); none at a rim.
   std::optional<Place> across(const Place& at, Edge edge) const;
 
-  /// Edges that are no farther apart are joined, m.
+  /// Tolerance for joining edges, m.
   Real tolerance() const { return tolerance_; }
   /// The half axes if it is an ellipsoid by charts.
   const std::optional<Vec3>& half_axes() const { return half_axes_; }
-  /// Of all that it is made of; hashes of what shares it take this.
+  /// Hash of all that it is made of, for hashes of its users.
   std::uint64_t fingerprint() const { return fingerprint_; }
 
   static void fields(auto& self, auto&& field) {
@@ -66,7 +66,7 @@ class Skin {
     field("is_flat", derived(self.is_flat_));
     field("fingerprint", derived(self.fingerprint_));
   }
-  /// Makes the faces after reading; null, or what is wrong.
+  /// Makes the faces after reading; null, or the error.
   const char* restored();
 
  private:

@@ -36,7 +36,7 @@ CurveDerivatives evaluate(const Curve& curve, Real t, int order) {
 
 namespace {
 
-// Derivatives of A = w S from its own and those of w: the quotient rule.
+// Derivatives of S from those of A = w S and of w: the quotient rule.
 SurfaceDerivatives divided(const Weighted (&a)[4][4], int order) {
   SurfaceDerivatives s{};
   for (int k = 0; k <= order; ++k)
@@ -107,8 +107,8 @@ Knots added(Knots knots, Real knot, int times) {
     const auto at = std::upper_bound(knots.values.begin(), knots.values.end(), t);
     knots.values.insert(at, static_cast<std::size_t>(times), t);
   }
-  // Images push knots out at both ends, so that the domain stays where it was; both ends are the
-  // same one of their copies.
+  // Images push knots out at both ends, so that the domain stays; both ends have the same index
+  // among their copies.
   if (knots.is_periodic && first < domain.low && domain.high < last) {
     auto& values = knots.values;
     const auto high = std::upper_bound(values.begin(), values.end(), domain.high) - 1;
@@ -119,7 +119,7 @@ Knots added(Knots knots, Real knot, int times) {
   return knots;
 }
 
-// Once more of every knot inside, the ends clamped: the knots of one degree more.
+// Every inner knot once more, the ends clamped: the knots of one degree more.
 Knots raised(const Knots& knots) {
   Knots to{.degree = knots.degree + 1, .values = {}, .is_periodic = knots.is_periodic};
   const std::vector<Real> breaks = knots.breaks();
@@ -131,8 +131,8 @@ Knots raised(const Knots& knots) {
   return to;
 }
 
-/// The part of a direction that a range of its domain hangs on: knots, and how many control points
-/// are before those.
+/// The knots of one direction that affect a range of its domain, and the number of control points
+/// before them.
 struct Local {
   Knots knots;
   std::size_t first = 0;
@@ -211,7 +211,7 @@ std::vector<Surface> bezier_pieces(const Surface& surface) {
   return pieces;
 }
 
-// ---- Moving and bounding -----------------------------------------------------------------------
+// ---- Maps and bounds ----------------------------------------------------------------------------
 
 Affine affine_of(const Pose& pose) { return {glm::mat3_cast(pose.rotation), pose.position}; }
 

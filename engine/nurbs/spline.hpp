@@ -1,6 +1,6 @@
 #pragma once
-/// Rational curves and tensor-product surfaces: values and derivatives, and what leaves them as
-/// they are: knots inserted, degrees raised, parts cut out. [Piegl & Tiller 1997]
+/// Rational curves and tensor-product surfaces: values and derivatives, and operations that keep
+/// their shape: knot insertion, degree elevation, cuts. [Piegl & Tiller 1997]
 ///
 /// Internal (pantin::detail); installed because a World holds surfaces.
 #include <array>
@@ -56,12 +56,12 @@ SurfaceDerivatives evaluate_on(const Surface& surface, Cell cell, std::array<Rea
 enum class Along { u, v };
 inline const Knots& knots_of(const Surface& s, Along way) { return way == Along::u ? s.u : s.v; }
 
-/// With a knot more, `times` over, inside the domain; of a periodic direction whose knots run on
-/// beyond the ends, with its images too.
+/// Inserts a knot `times` over, inside the domain; of a periodic direction with unclamped ends, its
+/// images too.
 Curve with_knot(const Curve& curve, Real knot, int times);
 Surface with_knot(const Surface& surface, Along way, Real knot, int times);
 
-/// Of one degree more.
+/// Elevates the degree by one.
 Curve elevated(const Curve& curve);
 Surface elevated(const Surface& surface, Along way);
 
@@ -81,17 +81,17 @@ struct Affine {
 Affine affine_of(const Pose& pose);
 Curve transformed(const Curve& curve, const Affine& by);
 Surface transformed(const Surface& surface, const Affine& by);
-/// The same points with the outer side inside: u runs the other way.
+/// The same points with the outer side inside: u is reversed.
 Surface inside_out(const Surface& surface);
 
 struct Ball {
   Vec3 centre{0};
   Real radius = 0;
 };
-/// Around all control points, and so around what they span where weights are above 0.
+/// Bounding ball of all control points, and so of the spline if weights are above 0.
 Ball bounding_ball(std::span<const Weighted> points);
 
-/// The curve at one end of a surface, or any other: u or v fixed.
+/// The isoline of a surface: u or v fixed.
 Curve isoline(const Surface& surface, Along fixed, Real at);
 
 }  // namespace pantin::detail::nurbs

@@ -12,25 +12,25 @@ namespace {
 
 constexpr int kMostCuts = 64;  // of a piece, one way
 constexpr int kProbes = 5;     // of a piece, one way, for its bend
-constexpr Real kWeld = 1e-9;   // of the size, and the skin's tolerance: corners that are one
+constexpr Real kWeld = 1e-9;   // of the size, plus the skin's tolerance: closer corners coincide
 
 /// Sides of the square of parameters, in the order of Edge.
 bool is_of_u(Edge edge) { return edge == Edge::u_low || edge == Edge::u_high; }
 
-/// Where a face is cut, both ends included.
+/// Parameters at which a face is cut, both ends included.
 struct Lines {
   std::vector<Real> u, v;
 };
 
-/// An arc of second derivative `bend` leaves the chord of a step h by bend h^2 / 8; half of what
-/// is allowed is left to the other way.
+/// The sagitta of a step h at second derivative `bend` is bend h^2 / 8. Each direction gets half of
+/// the tolerance.
 int cuts_for(Real bend, Real width, Real chord) {
   const Real cuts = std::ceil(width * std::sqrt(bend / (4 * chord)));
   return std::isfinite(cuts) ? static_cast<int>(std::clamp(cuts, Real(1), Real(kMostCuts)))
                              : kMostCuts;
 }
 
-/// What of a second derivative bends, and not only runs faster.
+/// The normal part of a second derivative; the tangential part does not curve.
 Real bend_of(Vec3 first, Vec3 second) {
   const Real speed = glm::length(first);
   if (!(speed > 0)) return glm::length(second);
@@ -123,7 +123,7 @@ std::array<Real, 2> Cutter::parameters(const EdgeOf& e, Real t) const {
   return {t, face.v().high()};
 }
 
-/// Corners that are one have one point, the first that was met.
+/// Merges corners that coincide: the first one found is used.
 Vec3 Cutter::welded(Vec3 corner) {
   const Real near = kWeld * skin_.size() + skin_.tolerance();
   for (const Vec3 known : corners_)
@@ -140,7 +140,7 @@ Polyline Cutter::own_line(const EdgeOf& e) const {
   return line;
 }
 
-/// The far side of an edge gets the same points, at its own parameters.
+/// Gives the other side of a joined edge the same points, at its own parameters.
 void Cutter::lay_joined(const EdgeOf& from) {
   const Polyline& line = edges_.at(from);
   std::optional<EdgeOf> to;
@@ -162,7 +162,7 @@ void Cutter::lay_joined(const EdgeOf& from) {
     }
     pairs.emplace_back(is_of_u(to->edge) ? there->v : there->u, line.points[i]);
   }
-  // Of a closed line the ends do not tell.
+  // On a closed line the ends do not give the direction.
   if (pairs[1].first > pairs[pairs.size() - 2].first) std::reverse(pairs.begin(), pairs.end());
   const std::vector<Real>& own = lines_of(*to);
   pairs.front().first = own.front(), pairs.back().first = own.back();
@@ -175,7 +175,7 @@ void Cutter::lay_edges() {
   std::vector<EdgeOf> order;
   for (int f = 0; f < static_cast<int>(skin_.faces().size()); ++f)
     for (int k = 0; k < kEdges; ++k) order.push_back({f, static_cast<Edge>(k)});
-  // The finer side of a joined edge tells where it is cut.
+  // The finer side of a joined edge decides where it is cut.
   std::stable_sort(order.begin(), order.end(), [&](const EdgeOf& a, const EdgeOf& b) {
     return lines_of(a).size() > lines_of(b).size();
   });
@@ -191,7 +191,7 @@ void Cutter::lay_edges() {
     edges_.emplace(e, std::move(line));
     if (skin_.neighbour(e.face, e.edge)) lay_joined(e);
   }
-  // Both ends of a periodic direction are one line.
+  // Both ends of a periodic direction share one line.
   for (int f = 0; f < static_cast<int>(skin_.faces().size()); ++f) {
     const Face& face = skin_.face(f);
     if (face.u().is_periodic) edges_[{f, Edge::u_high}] = edges_[{f, Edge::u_low}];
@@ -211,8 +211,7 @@ void Cutter::add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
   if (p[a] != p[b] && p[b] != p[c] && p[c] != p[a]) made_.triangles.push_back({a, b, c});
 }
 
-/// Triangles between two rows of vertices that run side by side, the inner to the left of the
-/// outer one or to the right.
+/// Triangles between two parallel rows of vertices, the inner one left or right of the outer one.
 void Cutter::zip(const Row& outer, const Row& inner, Turn turn) {
   std::size_t i = 0, j = 0;
   while (i + 1 < outer.at.size() || j + 1 < inner.at.size()) {
@@ -228,7 +227,7 @@ void Cutter::zip(const Row& outer, const Row& inner, Turn turn) {
   }
 }
 
-/// Inner lines make a grid; four strips lead from it to the edges.
+/// A grid of the inner lines, and four strips from it to the edges.
 void Cutter::cut(int f) {
   const Lines& lines = lines_[static_cast<std::size_t>(f)];
   const Face& face = skin_.face(f);
@@ -255,7 +254,7 @@ void Cutter::cut(int f) {
     for (std::size_t i = 0; i < inner.at.size(); ++i)
       inner.vertices.push_back(is_of_u(e.edge) ? at(is_low ? 0 : rows - 1, i)
                                                : at(i, is_low ? 0 : columns - 1));
-    // Along u the inside is to the left of the low end of v; along v to the right of that of u.
+    // Along u the inside is left of the low end of v; along v it is right of the low end of u.
     zip(outer, inner, is_of_u(e.edge) != is_low ? Turn::left : Turn::right);
   }
 }
@@ -266,7 +265,7 @@ Tessellation Cutter::run() {
   return std::move(made_);
 }
 
-/// Six sides of a cube blown up to the ellipsoid: its charts overlap.
+/// Six sides of a cube projected to the ellipsoid, since its charts overlap.
 Tessellation of_ellipsoid(const Skin& skin, Real chord) {
   const Vec3 half = *skin.half_axes();
   const Real most = std::max({half.x, half.y, half.z}), least = std::min({half.x, half.y, half.z});
@@ -279,7 +278,7 @@ Tessellation of_ellipsoid(const Skin& skin, Real chord) {
       for (int j = 0; j <= cuts; ++j) {
         Vec3 d(0);
         d[axis] = sign;
-        // From -1 to 1 exactly at the ends, so that sides meet to the bit.
+        // Exactly -1 and 1 at the ends, so that sides meet to the bit.
         const auto run = [&](int k) {
           const int from_middle = 2 * k - cuts;
           return std::abs(from_middle) == cuts

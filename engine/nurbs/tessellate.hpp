@@ -1,5 +1,5 @@
 #pragma once
-/// Triangles that stand for a skin, to a chord tolerance, and what the skin encloses.
+/// Triangles that approximate a skin to a chord tolerance, and integrals over what it encloses.
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -16,24 +16,24 @@ struct Tessellation {
   std::vector<std::array<std::uint32_t, 3>> triangles;  // anticlockwise seen from outside
 };
 
-/// Edges are within about `chord` (m) of the surface; at most 64 to a polynomial piece and way.
+/// Chord errors are at most about `chord` (m); at most 64 cuts to a polynomial piece and direction.
 Tessellation tessellate(const Skin& skin, Real chord);
 
-/// The outward normal of a face, unit; at a pole or a degenerate edge that of a place beside it.
+/// The outward normal of a face, unit; at a pole or a degenerate edge that of a nearby point.
 Vec3 normal_at(const Face& face, Real u, Real v);
 
 /// Whether a skin has no rim: every edge is joined, periodic or a single point.
 bool is_closed(const Skin& skin);
 
-/// What an integral took, and how far it is from what it should be: to rounding if `doubt` is 0.
+/// Cost of an integral, and its uncertainty: 0 if it is accurate to rounding.
 struct Quadrature {
-  // By how much wholes and their parts disagree where a skin folds so wildly that there was no end
-  // to cutting; m^3 of a volume, m^2 of an area.
+  // Difference between wholes and their parts where a skin is too folded to be subdivided to the
+  // end; m^3 of a volume, m^2 of an area.
   Real doubt = 0;
   int looks = 0;  // evaluations
 };
 
-/// Integrals over what a closed skin encloses, by Gauss's theorem and quadrature, to rounding.
+/// Integrals over the inside of a closed skin, by Gauss's theorem and quadrature, to rounding.
 struct Enclosed {
   Real volume = 0;  // m^3
   Vec3 first{0};    // of x, m^4
@@ -42,7 +42,7 @@ struct Enclosed {
 };
 Enclosed enclosed_by(const Skin& skin);
 
-/// Of all faces, m^2; charts of an ellipsoid count where they overlap but once.
+/// Area of all faces, m^2; overlaps of an ellipsoid's charts count once.
 Real area_of(const Skin& skin, Quadrature* by = nullptr);
 
 }  // namespace pantin::detail::nurbs

@@ -1,5 +1,5 @@
 #pragma once
-/// Downhill over the faces of a skin, from face to face where they join.
+/// Descent over the faces of a skin, from face to face where they join.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -8,21 +8,21 @@
 
 namespace pantin::detail::nurbs {
 
-/// A function of a surface's parameters at a place: value, gradient, second derivatives.
+/// A function of a surface's parameters: value, gradient, second derivatives.
 struct Slope {
   Real f = 0, gu = 0, gv = 0, huu = 0, huv = 0, hvv = 0;
 };
 
-/// Where a walk ended.
+/// The end of a walk.
 struct WalkEnd {
   Place at;
   Jet jet;
   Real f = 0;
-  bool is_on_rim = false;  // held by the end of a direction, beyond which nothing joins
+  bool is_on_rim = false;  // at an active end of the domain without a neighbour
 };
 
-/// Newton's method for a function of the surface's points, raised where it is not convex, shortened
-/// until it falls. `slope(jet)` tells the function where the surface is `jet`. No heap.
+/// Newton's method for a function of the surface's points: shifted where it is not convex,
+/// shortened until it decreases. `slope(jet)` evaluates the function at a surface point. No heap.
 template <class Function>
 class Walk {
  public:
@@ -50,7 +50,7 @@ class Walk {
  private:
   static constexpr int kMostSteps = 40, kMostCrossings = 8;
 
-  /// In parts of the domain. What an end holds does not move.
+  /// In units of the domain. Parameters at an active end do not move.
   struct Step {
     Real u = 0, v = 0;
     bool is_held_u = false, is_held_v = false;
@@ -116,7 +116,7 @@ class Walk {
     return false;
   }
 
-  /// Over to the neighbour, if it goes on downwards there.
+  /// Crosses to the neighbour, if the function decreases there.
   bool cross(const Step& step) {
     const std::optional<Place> to = skin_.across(at_, step.is_held_u ? edge_of_u() : edge_of_v());
     if (!to) return false;
@@ -138,7 +138,7 @@ class Walk {
   Slope slope_here_;
 };
 
-/// The farthest place along a direction near `start`.
+/// The local support point along a direction near `start`.
 inline WalkEnd climb(const Skin& skin, Vec3 direction, Place start) {
   const auto slope = [&](const Jet& j) {
     return Slope{-glm::dot(direction, j.s),  -glm::dot(direction, j.u),
@@ -148,7 +148,7 @@ inline WalkEnd climb(const Skin& skin, Vec3 direction, Place start) {
   return Walk(skin, slope).from(start);
 }
 
-/// The nearest place to p near `start`; f is half the square of the distance.
+/// The local nearest point to p near `start`; f is half the squared distance.
 inline WalkEnd approach(const Skin& skin, Vec3 p, Place start) {
   const auto slope = [&](const Jet& j) {
     const Vec3 d = j.s - p;

@@ -1,4 +1,4 @@
-// Curves made ready for queries, and their nearest points.
+// Curves prepared for queries, and their nearest points.
 #include <algorithm>
 #include <cmath>
 
@@ -94,7 +94,7 @@ class Search {
     Vec3 point;
     Real f, slope, bend;
   };
-  // By the polynomials of one span: at a kink the next ones are no help.
+  // By the polynomials of one span: beyond a kink they do not hold.
   Height height_at(int span, Real t, Real h) {
     const CurveDerivatives c = evaluate_on(wire_.curve(), span, t, 2);
     ++best_.looks;
@@ -118,7 +118,7 @@ class Search {
   NearestPoint best_{.distance = 1e300};
 };
 
-// Newton's method within a range, the parameter scaled to it.
+// Newton's method within a range, with the parameter scaled to it.
 void Search::descend(const Wire::Leaf& leaf, Range range, Real t) {
   const Real width = range.width();
   const int span = wire_.knots().span_at(leaf.t.middle());
@@ -164,7 +164,7 @@ void Search::look_into(const Wire::Leaf& leaf) {
       descend(leaf, cell.t, t);
       continue;
     }
-    // Where f rises or falls all through, its least is at that end.
+    // Where f is monotonic, its minimum is at that end.
     if (std::abs(h.slope) > std::abs(h.bend) + twist / 2) {
       const Real end = h.slope > 0 ? cell.t.low : cell.t.high;
       keep(end, height_at(span, end, 1));
