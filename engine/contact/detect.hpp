@@ -19,13 +19,13 @@ namespace contact {
 /// The reach that marks a sleeping body.
 inline constexpr Real kAtRest = -1;
 
-/// Fills contacts_of(world) from the poses as they stand: all points where two bodies may come into
+/// Fills contacts_of(world) from the current poses: all points where two bodies may come into
 /// contact within the step, so that fast bodies do not tunnel through thin ones. `reach` (m, by
 /// body slot) bounds the displacement of each body's surface.
 ///
 /// At most 8 points for a pair of convex shapes and 16 for a shape on a mesh or a height field.
-/// Lambda, sliding and impact of the previous step are carried over to contacts of the same bodies
-/// and key (warm start). Sorted by slots and key without duplicates; does not allocate in the
+/// Multipliers and spring offsets of the previous step are carried over to contacts of the same
+/// bodies and key (warm start). Sorted by slots and key without duplicates; does not allocate in the
 /// steady state. Contacts between bodies at rest, fixed ones or those with a reach of kAtRest, stay
 /// as they were.
 void find_contacts(World& world, std::span<const Real> reach);
@@ -33,10 +33,10 @@ void find_contacts(World& world, std::span<const Real> reach);
 /// Detects the contacts of a step of `h` seconds from the poses at its start and the solvers'
 /// reaches in Memory::scratch. Kinematic bodies, and those in DetectScratch::starts, are already at
 /// their poses at the end of the step.
-/// `filter` (may be null) is asked which of them collide.
+/// `filter` (may be null) decides which of them collide.
 void detect(World& world, Real h, const ContactFilter* filter);
 
-/// Fills sensor_overlaps_of(world) from the poses as they stand, for the bodies that the last
+/// Fills sensor_overlaps_of(world) from the current poses, for the bodies that the last
 /// detection saw. Costs nothing where there is no sensor; does not allocate in the steady state.
 void sense(World& world);
 

@@ -52,7 +52,7 @@ inline std::string body_name(const LaminaPlan& lamina, const FingerPlan& finger)
 /// Velocity over the first stretch of its path, m/s.
 modes::Vec2 first_velocity(const FingerPlan& finger);
 
-/// What is wrong with a description, and where: "found ..., expected ...".
+/// The error in a description, and its place: "found ..., expected ...".
 struct LaminaFault {
   enum class Place : std::uint8_t { outline, corner, finger, point, normal, load } place;
   std::size_t corner = 0;

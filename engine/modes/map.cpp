@@ -130,7 +130,7 @@ class Lanes {
   void draw(const Cut& c, Real y, const RowCells& row) {
     std::array<Real, kLanes> over, least, most;
     for (std::size_t i = 0; i < kLanes; ++i) over[i] = c.divisor.at(x_[i], y);
-    least = most = over;  // its sign is asked for anyway
+    least = most = over;  // the sign of X is tested anyway
     for (int f = 0; f < c.form_count; ++f) {
       const Bilinear& form = c.forms[static_cast<std::size_t>(f)];
       for (std::size_t i = 0; i < kLanes; ++i) {

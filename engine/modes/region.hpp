@@ -27,7 +27,8 @@ struct Region {
   std::array<Real, 3> slip{};              // m/s, of each
   Real determinant = 0;                    // of the kinematics: D or B
 
-  /// X: the coefficient of a product of own frictions stands at the sum of their bits 1, 2, 4.
+  /// X: the coefficient of a product of own frictions is at the index that is the sum of their bits
+  /// 1, 2, 4.
   std::array<Real, 8> divisor{};
   /// Each of two own frictions (form_variables), bits 1, 2. three_slide: Y1, Y2, Y3. roll_slide:
   /// D3, mu_r C + T, mu_r C - T, C, where C is the normal force of the rolling contact times X and

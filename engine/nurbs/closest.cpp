@@ -34,7 +34,7 @@ Height height_of(const Jet& j, Vec3 p, std::array<Real, 2> h) {
 
 struct Box {
   Range u, v;
-  // Of a cell: the piece it lies in.
+  // For a cell: its polynomial piece.
   std::optional<Face::Piece> piece = std::nullopt;
 };
 

@@ -11,7 +11,7 @@
 
 namespace pantin::detail::nurbs {
 
-/// Bounds memory on the stack; also what OpenCASCADE and STEP files stop at.
+/// Bounds memory on the stack; also the limit of OpenCASCADE and STEP files.
 inline constexpr int kMostDegree = 25;
 /// Highest order of derivatives.
 inline constexpr int kMostOrder = 3;

@@ -39,7 +39,7 @@ struct Surface {
 
 /// [k]: derivative k, [0] the point. In the curve's frame, m per parameter^k.
 using CurveDerivatives = std::array<Vec3, kMostOrder + 1>;
-/// [k][l]: k times along u, l times along v; those with k + l above the order asked for are 0.
+/// [k][l]: k times along u, l times along v; 0 where k + l is above the order.
 using SurfaceDerivatives = std::array<std::array<Vec3, kMostOrder + 1>, kMostOrder + 1>;
 
 /// Derivatives up to `order` (at most 3). Parameters outside the domain are wrapped or clamped.
