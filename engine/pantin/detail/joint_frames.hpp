@@ -4,6 +4,7 @@
 #include <pantin/joints.hpp>
 
 #include "engine/pantin/detail/checks.hpp"
+#include "engine/world/solver_list.hpp"
 #include "engine/world/ties.hpp"
 
 namespace pantin::detail {
