@@ -26,7 +26,7 @@ constexpr Real kSamePoint = 0.15;
 constexpr Real kRunningReach = 1e-12;
 
 /// The solver of a body, as in kSolvers; UINT8_MAX: none.
-std::uint8_t solver_of(const WayFinder& s, std::uint32_t slot) {
+std::uint8_t solver_of(const SweptSearch& s, std::uint32_t slot) {
   const Owner owner = owner_of(s.partition, slot);
   return owner ? owner.solver : UINT8_MAX;
 }
@@ -36,32 +36,32 @@ constexpr std::uint8_t kLaminas = 0;
 
 /// Whether two bodies have different solvers. The solver that adjusts later treats the other's body
 /// as a moving obstacle.
-bool have_two_solvers(const WayFinder& s, std::uint32_t a, std::uint32_t b) {
+bool have_two_solvers(const SweptSearch& s, std::uint32_t a, std::uint32_t b) {
   return solver_of(s, a) != solver_of(s, b);
 }
 
 /// Of two bodies that solvers move, whether `a` owns the contact.
-bool is_first(const WayFinder& s, std::uint32_t a, std::uint32_t b) {
+bool is_first(const SweptSearch& s, std::uint32_t a, std::uint32_t b) {
   return have_two_solvers(s, a, b) ? solver_of(s, a) > solver_of(s, b) : a < b;
 }
 
 /// Index of a body's island over all solvers; UINT64_MAX: none.
-std::uint64_t island_of(const WayFinder& s, std::uint32_t slot) {
+std::uint64_t island_of(const SweptSearch& s, std::uint32_t slot) {
   const Owner owner = owner_of(s.partition, slot);
   return owner ? std::uint64_t(owner.solver) << 32 | owner.island : UINT64_MAX;
 }
 
-const Collision& collision_of(const WayFinder& s, std::uint32_t slot) {
+const Collision& collision_of(const SweptSearch& s, std::uint32_t slot) {
   return s.world.collisions[s.world.bodies.owners()[slot]];
 }
 
-Memory& memory_of(const WayFinder& s) { return s.world.memory.of<Memory>(); }
+Memory& memory_of(const SweptSearch& s) { return s.world.memory.of<Memory>(); }
 
 // ---- Pairs -------------------------------------------------------------------------------------
 
 /// False for bodies of different contact solvers: they join one solver once they come near each
 /// other.
-bool may_collide(const WayFinder& s, const Search& search, std::uint32_t a, std::uint32_t b) {
+bool may_collide(const SweptSearch& s, const Search& search, std::uint32_t a, std::uint32_t b) {
   const std::uint8_t one = solver_of(s, a), two = solver_of(s, b);
   const bool apart =
       one != two && one != UINT8_MAX && two != UINT8_MAX && one != kLaminas && two != kLaminas;
@@ -70,7 +70,7 @@ bool may_collide(const WayFinder& s, const Search& search, std::uint32_t a, std:
 }
 
 /// Whether two bodies that solvers move request contacts with each other.
-bool asked_for(const WayFinder& s, std::uint32_t slot_a, std::uint32_t slot_b) {
+bool asked_for(const SweptSearch& s, std::uint32_t slot_a, std::uint32_t slot_b) {
   const Collision &a = collision_of(s, slot_a), &b = collision_of(s, slot_b);
   if (have_two_solvers(s, slot_a, slot_b)) return true;
   const std::uint64_t island = island_of(s, slot_a);
@@ -79,7 +79,7 @@ bool asked_for(const WayFinder& s, std::uint32_t slot_a, std::uint32_t slot_b) {
 }
 
 /// Lists pairs of colliders with overlapping bounds (broad phase), the owner of the contact first.
-void list_pairs(const WayFinder& s, Search& search) {
+void list_pairs(const SweptSearch& s, Search& search) {
   search.pairs.clear();
   const bool two_solvers =
       std::any_of(search.colliders.begin(), search.colliders.end(), [&](const Collider& c) {
@@ -139,7 +139,7 @@ Vec3 surface_velocity(const World& world, std::uint32_t slot, const Collision& c
 }
 
 /// Sets the friction, restitution and surface velocity of a contact.
-void set_surface(const WayFinder& s, Contact& c, const MaterialPair* given) {
+void set_surface(const SweptSearch& s, Contact& c, const MaterialPair* given) {
   static const MaterialPair kNothingSaid;
   const Collision &a = collision_of(s, c.slot_a), &b = collision_of(s, c.slot_b);
   const MaterialPair& pair = given ? *given : kNothingSaid;
@@ -154,7 +154,7 @@ void set_surface(const WayFinder& s, Contact& c, const MaterialPair* given) {
 /// A body that may rotate far in one step moves its features away from their contact points. A ball
 /// inside the body is independent of rotation and gets a contact of its own. That contact has
 /// friction as well, for it carries a part of the load.
-void add_core_contact(const WayFinder& s, Search& search, const ColliderShape& a,
+void add_core_contact(const SweptSearch& s, Search& search, const ColliderShape& a,
                       const ColliderShape& b) {
   if (search.points.empty() || s.reach_of(a.slot) < a.extent || traits_of(a.shape->kind).is_round)
     return;
@@ -171,7 +171,7 @@ void add_core_contact(const WayFinder& s, Search& search, const ColliderShape& a
       {a.slot, b.slot, key_of(a.index, b.index, core.feature), search.found.back().pair, core});
 }
 
-void collide_shapes(const WayFinder& s, Search& search, const ColliderShape& a,
+void collide_shapes(const SweptSearch& s, Search& search, const ColliderShape& a,
                     const ColliderShape& b) {
   PANTIN_ASSERT(a.slot != b.slot && can_move(a.shape->kind));
   const bool bounded = !is_unbounded(b.shape->kind);
@@ -182,14 +182,14 @@ void collide_shapes(const WayFinder& s, Search& search, const ColliderShape& a,
   search.points.clear();
   collide({*a.shape, a.pose}, {*b.shape, b.pose}, search.scratch, {margin, search.points});
   const MaterialPair* pair = find_pair(search, a.shape->material, b.shape->material);
-  follow_way(s, search, a, b);
+  advance_to_impact(s, search, a, b);
   for (const ContactPoint& p : search.points)
     search.found.push_back({a.slot, b.slot, key_of(a.index, b.index, p.feature), pair, p});
   if (have_two_solvers(s, a.slot, b.slot)) add_core_contact(s, search, a, b);
 }
 
 /// Collides a shape of a body that a solver moves with obstacles that have no solver.
-void collide_obstacles(const WayFinder& s, Search& search, const ColliderShape& a) {
+void collide_obstacles(const SweptSearch& s, Search& search, const ColliderShape& a) {
   const auto collide_with = [&](const ColliderShape& b) {
     if (s.rests(a.slot) && s.rests(b.slot)) return;
     if (may_collide(s, search, a.slot, b.slot)) collide_shapes(s, search, a, b);
@@ -200,7 +200,7 @@ void collide_obstacles(const WayFinder& s, Search& search, const ColliderShape& 
 }
 
 /// Looks up the current shape of a resting collider. False if it no longer exists.
-bool look_up(const WayFinder& s, const Search& search, ColliderShape& at) {
+bool look_up(const SweptSearch& s, const Search& search, ColliderShape& at) {
   PANTIN_ASSERT(at.slot < search.resting.known.size());
   if (!search.resting.known[at.slot]) return false;
   const Entity e = s.world.bodies.owners()[at.slot];
@@ -215,7 +215,7 @@ bool look_up(const WayFinder& s, const Search& search, ColliderShape& at) {
 
 /// Calls `take(shape)` for each resting shape near a box.
 template <class Take>
-void each_resting(const WayFinder& s, Search& search, const Aabb& near, const Take& take) {
+void each_resting(const SweptSearch& s, Search& search, const Aabb& near, const Take& take) {
   const auto give = [&](ColliderShape at) {
     if (look_up(s, search, at)) take(at);
   };
@@ -225,7 +225,7 @@ void each_resting(const WayFinder& s, Search& search, const Aabb& near, const Ta
 }
 
 /// Collides a shape of a body that a solver moves with resting colliders.
-void collide_resting(const WayFinder& s, Search& search, const ColliderShape& a) {
+void collide_resting(const SweptSearch& s, Search& search, const ColliderShape& a) {
   each_resting(s, search, a.box.grown(s.reach_if_struck(a.slot) + kContactSlop * a.extent),
                [&](const ColliderShape& b) {
                  const bool both = s.is_moved(b.slot);
@@ -237,7 +237,7 @@ void collide_resting(const WayFinder& s, Search& search, const ColliderShape& a)
 }
 
 /// Collides a moving obstacle with sleeping bodies.
-void strike_resting(const WayFinder& s, Search& search, const ColliderShape& b) {
+void strike_resting(const SweptSearch& s, Search& search, const ColliderShape& b) {
   if (s.rests(b.slot)) return;
   const bool bounded = !is_unbounded(b.shape->kind);
   const Aabb everywhere{Vec3(-1e300), Vec3(1e300)};
@@ -248,7 +248,7 @@ void strike_resting(const WayFinder& s, Search& search, const ColliderShape& b) 
                });
 }
 
-void find_points(const WayFinder& s, Search& search) {
+void find_points(const SweptSearch& s, Search& search) {
   search.found.clear();
   for (const Collider& c : search.colliders) {
     PANTIN_ASSERT(is_part(c.first, c.count, search.shapes.size()));
@@ -327,7 +327,7 @@ void match_rest(Memory& memory, std::size_t from) {
   }
 }
 
-Contact contact_of(const WayFinder& s, const FoundPoint& f) {
+Contact contact_of(const SweptSearch& s, const FoundPoint& f) {
   const auto bodies = s.world.bodies.values();
   PANTIN_ASSERT(f.slot_b < bodies.size() && f.slot_b != f.slot_a && is_unit(f.at.normal));
   Contact c;
@@ -341,7 +341,7 @@ Contact contact_of(const WayFinder& s, const FoundPoint& f) {
 
 /// Stores the found points in Memory::contacts, in order, with the warm start of those they
 /// continue.
-void store_contacts(const WayFinder& s, Search& search) {
+void store_contacts(const SweptSearch& s, Search& search) {
   Memory& memory = memory_of(s);
   std::vector<Contact>& contacts = memory.contacts;
   const std::vector<Contact>& before = memory.scratch.before;
@@ -394,10 +394,10 @@ void search_contacts(World& world, std::span<const Real> reach, Real h,
   // A sleeping body may have got another shape or Collision.
   const std::uint64_t replaced = replacements(world);
   const bool keeps = std::exchange(memory.kept_for, replaced) == replaced;
-  const WayFinder s{{world, partition_of(world), reach, keeps}, h, struck};
+  const SweptSearch s{{world, partition_of(world), reach, keeps}, h, struck};
   std::swap(memory.scratch.before, memory.contacts);
   memory.contacts.clear();
-  part_resting(s, memory);
+  split_resting(s, memory);
   list_joined(world, search), detail::list_ignored(world, search.ignored);
   list_material_pairs(world, search);
   list_colliders(s, search);
@@ -470,8 +470,8 @@ void detect(World& world, Real h, const ContactFilter* filter) {
   };
   for ([[maybe_unused]] const StartPose& start : scratch.starts)
     PANTIN_ASSERT(start.slot < world.bodies.size() && owner_of(partition, start.slot));
-  scratch.has_fallen.assign(world.bodies.size(), 0);
-  for (const StartPose& start : scratch.starts) scratch.has_fallen[start.slot] = 1;
+  scratch.has_gravity.assign(world.bodies.size(), 0);
+  for (const StartPose& start : scratch.starts) scratch.has_gravity[start.slot] = 1;
   swap_starts();
   search_contacts(world, scratch.reach, h, filter);
   swap_starts();

@@ -30,7 +30,7 @@ struct CollisionFilter {
 };
 
 /// Whether c comes before d in the order of bodies and keys.
-inline bool are_ordered(const Contact& c, const Contact& d) {
+inline bool precedes(const Contact& c, const Contact& d) {
   return std::tie(c.slot_a, c.slot_b, c.key) < std::tie(d.slot_a, d.slot_b, d.key);
 }
 
@@ -40,7 +40,7 @@ struct DetectScratch {
   std::vector<Real> struck;  // m, by body slot: largest displacement of its possible strikers
   std::vector<Pose> ends;    // poses of kinematic bodies at the end of the step
   std::vector<StartPose> starts;
-  std::vector<std::uint8_t> has_fallen;  // by body slot: gravity has acted on its velocity
+  std::vector<std::uint8_t> has_gravity;  // by body slot: gravity has acted on its velocity
   std::vector<Contact> before, woken, fallen;
   std::uint64_t rest_version = 0;        // Partition::rest_version at the last update of `resting`
   std::vector<std::uint8_t> still;       // parallel to Partition::kinematic: whether it was at rest

@@ -30,7 +30,7 @@ bool is_convex(const Shape& s) { return traits_of(s.kind).shape_class == ShapeCl
 /// A shape that moves through the step with its body's velocity and angular velocity.
 class Moving {
  public:
-  Moving(const WayFinder& s, const ColliderShape& at)
+  Moving(const SweptSearch& s, const ColliderShape& at)
       : at_(at), from_(s.world.bodies.values()[at.slot].pose) {
     const Body& b = s.world.bodies.values()[at.slot];
     if (!s.is_moved(at.slot) && !moves(b)) return;
@@ -38,8 +38,8 @@ class Moving {
   }
   /// Removes the speed that gravity has already added in this step, if the body's solver moves
   /// first: the support of the body will cancel it.
-  void forget_fall(const WayFinder& s) {
-    const std::vector<std::uint8_t>& fallen = s.world.memory.of<Memory>().scratch.has_fallen;
+  void remove_gravity(const SweptSearch& s) {
+    const std::vector<std::uint8_t>& fallen = s.world.memory.of<Memory>().scratch.has_gravity;
     if (at_.slot < fallen.size() && fallen[at_.slot])
       velocity_ -= s.h * s.world.bodies.values()[at_.slot].gravity_scale * s.world.gravity;
   }
@@ -76,7 +76,7 @@ const ContactPoint& nearest_of(const std::vector<ContactPoint>& points) {
 }
 
 /// Two moving shapes and the points between them.
-struct Meeting {
+struct MovingPair {
   Moving a, b;
   Real size, margin;  // m: of the smaller shape; search distance of points
   Search& search;
@@ -107,7 +107,7 @@ struct Meeting {
 /// Such a normal separates them at the start and somewhat after the end of the step, so during all
 /// of it. A body that slides over a seam then does not collide with the side of the next tile. If
 /// true, the points are those with that normal; otherwise they are undefined.
-bool passes_by(Meeting m, Real h, Vec3 at_start) {
+bool passes_by(MovingPair m, Real h, Vec3 at_start) {
   PANTIN_ASSERT(is_unit(at_start));
   const Real near = kGrazes * m.size;
   m.find_at(kAhead * h);
@@ -119,8 +119,8 @@ bool passes_by(Meeting m, Real h, Vec3 at_start) {
 
 /// If two shapes that would soon meet slide past each other, replaces their points by those along
 /// which they slide; otherwise leaves the points as they were.
-bool slides_past(const WayFinder& s, Meeting m) {
-  m.a.forget_fall(s), m.b.forget_fall(s);
+bool slides_past(const SweptSearch& s, MovingPair m) {
+  m.a.remove_gravity(s), m.b.remove_gravity(s);
   const ContactPoint first = nearest_of(m.search.points);
   if (!(m.closing(first, 0) * kSoon * s.h > std::max(first.gap, Real(0)) + kRests * m.size))
     return false;
@@ -132,15 +132,15 @@ bool slides_past(const WayFinder& s, Meeting m) {
 
 }  // namespace
 
-void follow_way(const WayFinder& s, Search& search, const ColliderShape& on_a,
-                const ColliderShape& on_b) {
+void advance_to_impact(const SweptSearch& s, Search& search, const ColliderShape& on_a,
+                       const ColliderShape& on_b) {
   std::vector<ContactPoint>& points = search.points;
   if (!(s.h > 0) || points.empty() || !is_convex(*on_a.shape) || !is_convex(*on_b.shape)) return;
   PANTIN_ASSERT(on_a.slot != on_b.slot);
   const Real size = std::min(on_a.extent, on_b.extent);
   const Real margin = s.reach_of(on_a.slot) + s.reach_of(on_b.slot) + kTouching * size;
   if (!(margin < kFarthest)) return;
-  Meeting m{Moving(s, on_a), Moving(s, on_b), size, margin, search};
+  MovingPair m{Moving(s, on_a), Moving(s, on_b), size, margin, search};
   // If contacts move both bodies, their paths are too uncertain for this test.
   const bool asks = !s.is_moved(on_a.slot) || !s.is_moved(on_b.slot);
   if (asks && slides_past(s, m)) return;

@@ -6,7 +6,7 @@
 namespace pantin::detail::contact {
 
 /// A search that follows bodies through a step.
-struct WayFinder : Finder {
+struct SweptSearch : Finder {
   Real h = 0;                         // s, of the step; 0: bodies stay where they are
   std::span<const Real> struck = {};  // by slot, see DetectScratch
 
@@ -20,8 +20,8 @@ struct WayFinder : Finder {
 /// For two convex shapes that would meet within the step, given their points at its start: replaces
 /// Search::points by those of where they meet or pass, mapped back to the start. Otherwise balls
 /// that collide off-centre would be deflected along the normal of the step before.
-void follow_way(const WayFinder& finder, Search& search, const ColliderShape& a,
-                const ColliderShape& b);
+void advance_to_impact(const SweptSearch& finder, Search& search, const ColliderShape& a,
+                       const ColliderShape& b);
 
 /// Rounding radius of a shape at a contact, m: the contact point keeps that distance along the
 /// normal from a body point while the body rotates. 0: the contact point is a body point itself.

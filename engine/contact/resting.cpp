@@ -8,7 +8,7 @@ namespace pantin::detail::contact {
 namespace {
 
 /// Whether each body that no solver moves rests or moves as at the last call.
-bool note_obstacles(const WayFinder& s, DetectScratch& scratch) {
+bool note_obstacles(const SweptSearch& s, DetectScratch& scratch) {
   const std::vector<std::uint32_t>& slots = s.partition.kinematic;
   bool same = scratch.still.size() == slots.size();
   scratch.still.resize(slots.size());
@@ -36,15 +36,15 @@ void merge_into(std::vector<Contact>& to, const std::vector<Contact>& from) {
   to.resize(left + add);
   while (add > 0) {
     Contact& place = to[left + add - 1];
-    if (left > 0 && are_ordered(from[add - 1], to[left - 1]))
+    if (left > 0 && precedes(from[add - 1], to[left - 1]))
       place = to[--left];
     else
       place = from[--add];
   }
-  PANTIN_ASSERT(std::is_sorted(to.begin(), to.end(), are_ordered));
+  PANTIN_ASSERT(std::is_sorted(to.begin(), to.end(), precedes));
 }
 
-void part_resting(const WayFinder& s, Memory& memory) {
+void split_resting(const SweptSearch& s, Memory& memory) {
   DetectScratch& scratch = memory.scratch;
   const bool same = note_obstacles(s, scratch);
   const bool is_step = s.h > 0;  // otherwise the caller's reach says which bodies rest

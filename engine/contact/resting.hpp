@@ -13,7 +13,7 @@ inline std::uint64_t replacements(const World& world) {
 
 /// Moves contacts of two bodies at rest from DetectScratch::before to Memory::resting, where they
 /// keep their last impulse, and moves contacts of bodies no longer at rest back.
-void part_resting(const WayFinder& finder, Memory& memory);
+void split_resting(const SweptSearch& finder, Memory& memory);
 
 /// Updates DetectScratch::resting_active and resting_depth.
 void sum_up_resting(Memory& memory);

@@ -23,7 +23,7 @@ constexpr Real kFlat = 0.05;        // rad, the same beside valleys
 constexpr Real kBehind = 2;         // of the other's size: nothing deeper behind a patch touches it
 constexpr Real kDifference = 1e-6;  // of a size: finite difference for the other's curvature
 
-struct Touching {
+struct SkinQuery {
   const Surface& skin;
   const PlacedShape& other;
   SkinScratch& scratch;
@@ -34,13 +34,13 @@ struct Touching {
 };
 
 /// A ball about a point of the other shape, tested against the nearest point of the skin.
-struct BallTouch {
+struct BallTest {
   Vec3 centre;
   Real radius;
   std::uint64_t feature;
 };
 
-void add_ball(const Touching& k, const BallTouch& ball, const SkinPoint& near) {
+void add_ball(const SkinQuery& k, const BallTest& ball, const SkinPoint& near) {
   const Real gap = near.distance - ball.radius;
   if (gap > k.out.margin) return;
   if (!k.skin.model->is_closed &&
@@ -51,7 +51,7 @@ void add_ball(const Touching& k, const BallTouch& ball, const SkinPoint& near) {
 }
 
 /// An edge of the other shape, with a radius.
-struct EdgeTouch {
+struct EdgeTest {
   Vec3 from, way;
   Real radius;
   std::uint64_t feature;
@@ -64,7 +64,7 @@ struct Along {
   Real slope;
 };
 
-Along along(const Touching& k, const EdgeTouch& e, Real t, const nurbs::Place* start = nullptr) {
+Along along(const SkinQuery& k, const EdgeTest& e, Real t, const nurbs::Place* start = nullptr) {
   const Vec3 p = e.from + t * e.way;
   const SkinPoint near = start ? nearest_on(k.skin, p, *start) : nearest_on(k.skin, p);
   return {t, near, glm::dot(near.normal, e.way)};
@@ -72,7 +72,7 @@ Along along(const Touching& k, const EdgeTouch& e, Real t, const nurbs::Place* s
 
 /// Finds the minimum between two points where the distance falls and rises. Regula falsi with the
 /// value of the retained end halved (Illinois). [Dowell & Jarratt 1971]
-void refine_edge(const Touching& k, const EdgeTouch& e, Along low, Along high) {
+void refine_edge(const SkinQuery& k, const EdgeTest& e, Along low, Along high) {
   int stays = 0;
   Along best = low.near.distance < high.near.distance ? low : high;
   for (int round = 0; round < kMostRefinements; ++round) {
@@ -96,7 +96,7 @@ void refine_edge(const Touching& k, const EdgeTouch& e, Along low, Along high) {
 
 /// Adds the local minima of the distance along an edge, where the normal is perpendicular to it.
 /// Parts that are too far away are skipped: the distance changes no faster than the position.
-void touch_edge(const Touching& k, const EdgeTouch& e) {
+void touch_edge(const SkinQuery& k, const EdgeTest& e) {
   const Real length = glm::length(e.way), reach = k.out.margin + e.radius;
   const Along middle = along(k, e, 0.5);
   if (middle.near.distance - length / 2 > reach) return;
@@ -153,7 +153,7 @@ struct Depth {
 };
 
 /// Lists the seeds near the other shape, by number. The deepest point is within the spacing of one.
-void find_candidates(const Touching& k, const Depth& depth) {
+void find_candidates(const SkinQuery& k, const Depth& depth) {
   const SkinModel& m = *k.skin.model;
   auto& found = k.scratch.candidates;
   found.clear();
@@ -167,7 +167,7 @@ void find_candidates(const Touching& k, const Depth& depth) {
 }
 
 /// Descends across a valley, not along it, to its floor beside the start.
-nurbs::WalkEnd cross_valley(const Touching& k, const Depth& depth, nurbs::Place at) {
+nurbs::WalkEnd cross_valley(const SkinQuery& k, const Depth& depth, nurbs::Place at) {
   const nurbs::Face& face = k.skin.skin->face(at.face);
   const auto run = [](const nurbs::Knots& knots, Real t) {
     return knots.is_periodic ? knots.inside(t) : knots.domain().clamped(t);
@@ -196,13 +196,13 @@ nurbs::WalkEnd cross_valley(const Touching& k, const Depth& depth, nurbs::Place 
 
 /// Acceptance test of a point of the skin: its normal opposes that of the other shape within
 /// `angle`, rad.
-struct PlaceTouch {
+struct PointTest {
   std::uint64_t feature;
   Real angle;
 };
 
-void add_place(const Touching& k, const Depth& depth, const nurbs::WalkEnd& end,
-               const PlaceTouch& as) {
+void add_place(const SkinQuery& k, const Depth& depth, const nurbs::WalkEnd& end,
+               const PointTest& as) {
   const SurfacePoint near = depth.at(end.jet.s);
   if (near.distance > k.out.margin) return;
   const Vec3 own = nurbs::normal_at(k.skin.skin->face(end.at.face), end.at.u, end.at.v);
@@ -212,7 +212,7 @@ void add_place(const Touching& k, const Depth& depth, const nurbs::WalkEnd& end,
 
 /// Adds the deepest points of the skin: by descent from the deepest seed, and on the valley floors
 /// beside seeds far from one another, so that flat contacts get points all over.
-void touch_places(const Touching& k) {
+void touch_places(const SkinQuery& k) {
   const SkinModel& m = *k.skin.model;
   const Depth depth{k.other, kDifference * m.size};
   find_candidates(k, depth);
@@ -239,7 +239,7 @@ void touch_places(const Touching& k) {
 }
 
 /// Collides balls and capsules by their cores.
-void touch_core(const Touching& k, const Convex& c) {
+void touch_core(const SkinQuery& k, const Convex& c) {
   const Aabb box = Aabb{k.skin.low, k.skin.high}.grown(c.radius + std::max(k.out.margin, Real(0)) +
                                                        (k.skin.model->is_closed ? 0 : k.size));
   const auto is_near = [&](Vec3 p) { return box.overlaps({p, p}); };
@@ -259,7 +259,7 @@ bool has_corners(const Shape& shape, const Convex* piece) {
   return piece ? !piece->smooth : traits_of(shape.kind).shape_class == ShapeClass::half_space;
 }
 
-void touch(Touching k) {
+void touch(SkinQuery k) {
   const Shape& shape = k.other.shape;
   Convex piece;
   if (is_convex(shape.kind)) piece = convex_piece(shape, k.other.at, k.scratch.piece);
@@ -284,7 +284,7 @@ void collide_skin(const Surface& surface, const PlacedShape& other, SkinScratch&
     const Real behind = surface.model->is_closed ? 0 : size;
     if (!reach.grown(behind).overlaps(own)) return;
   }
-  const Touching k{surface, other, scratch, out, reach, size};
+  const SkinQuery k{surface, other, scratch, out, reach, size};
   const std::size_t first = out.points.size();
   touch(k);
   drop_duplicates(out.points, first, 1e-4 * surface.model->size);

@@ -235,7 +235,7 @@ Aabb box_of(const EdgePart& edge, Real reach) {
 }
 
 /// Tests edges of a across those of a skin that are closer than `far` (m).
-void touch_across(const OfSkin& b, const Features& of_a, Real far, const PointsOut& out) {
+void touch_across(const SkinTarget& b, const Features& of_a, Real far, const PointsOut& out) {
   const SkinFeatures& all = b.surface.model->features;
   const Features of_b{all.corners, all.edges, nullptr, b.surface.skin.get()};
   for (const EdgePart& one : of_a.edges)
@@ -296,7 +296,7 @@ Features features_of(const Convex& piece, FeatureScratch& scratch) {
 
 /// The support features of a smooth piece towards the flat faces of a skin near a box: a rim, a
 /// line or a point for each direction of these faces.
-Features fronts_of(const Convex& piece, const OfSkin& skin, const Aabb& near,
+Features fronts_of(const Convex& piece, const SkinTarget& skin, const Aabb& near,
                    FeatureScratch& scratch) {
   constexpr std::size_t kMostWays = 6;
   const SkinModel& m = *skin.surface.model;
@@ -341,7 +341,7 @@ void touch_edges(const SkinPair& pair, SkinScratch& scratch, const PointsOut& ou
   const Pose b_in_a = inverse(a_in_b);
   const Reach into_a = reach_into(a, b.model->size, out.margin),
               into_b = reach_into(b, a.model->size, out.margin);
-  const OfSkin ground_a{a, into_a}, ground_b{b, into_b};
+  const SkinTarget ground_a{a, into_a}, ground_b{b, into_b};
   const Features of_b =
       features_near(b, bounds_in(a, a_in_b).grown(into_a.farthest()), b_in_a, scratch.features);
   touch_faces(ground_a, of_b, {Emit::Whose::b, a_in_b, out});
@@ -366,16 +366,16 @@ void touch_edges(const Surface& skin, const PlacedShape& other, SkinScratch& scr
                                          Pose{}, scratch.features);
   const Emit by_skin{Emit::Whose::b, {}, out};
   if (!is_convex(other.shape.kind))
-    return touch_faces(OfShape{other, into_other}, of_skin, by_skin);
+    return touch_faces(ShapeTarget{other, into_other}, of_skin, by_skin);
   const Convex piece = convex_piece(other.shape, other.at, scratch.piece);
-  const OfSkin ground{skin, reach_into(skin, size, out.margin)};
+  const SkinTarget ground{skin, reach_into(skin, size, out.margin)};
   if (piece.smooth) {
-    touch_faces(OfShape{other, into_other}, of_skin, by_skin);
+    touch_faces(ShapeTarget{other, into_other}, of_skin, by_skin);
     const Aabb near = box.grown(std::max(out.margin, Real(0)));
     const Features fronts = fronts_of(piece, ground, near, scratch.features);
     return touch_faces(ground, fronts, {Emit::Whose::a, {}, out});
   }
-  touch_faces(OfConvex{piece, into_other}, of_skin, by_skin);
+  touch_faces(ConvexTarget{piece, into_other}, of_skin, by_skin);
   const Features of_piece = features_of(piece, scratch.features);
   touch_faces(ground, of_piece, {Emit::Whose::a, {}, out});
   touch_across(ground, of_piece, std::max(out.margin, into_other.deepest / 2), out);

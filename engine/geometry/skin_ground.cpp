@@ -35,18 +35,18 @@ Reach reach_into(const Surface& surface, Real size, Real margin) {
   return r;
 }
 
-bool OfSkin::holds(Vec3 p) const {
+bool SkinTarget::holds(Vec3 p) const {
   return !surface.model->is_closed || nearest_on(surface, p).distance <= reach.beside;
 }
 
-bool OfSkin::is_round_near(const Aabb& box) const {
+bool SkinTarget::is_round_near(const Aabb& box) const {
   const SkinModel& m = *surface.model;
   bool found = false;
   m.tree.query(box.grown(reach.farthest()), [&](std::uint32_t i) { found |= !m.flat[i]; });
   return found;
 }
 
-std::optional<Foot> OfSkin::over(std::uint32_t tile, const Corner& corner) const {
+std::optional<Foot> SkinTarget::over(std::uint32_t tile, const Corner& corner) const {
   const SkinModel& m = *surface.model;
   const Vec3 p = corner.point;
   if (m.flat[tile]) {
@@ -66,7 +66,7 @@ std::optional<Foot> OfSkin::over(std::uint32_t tile, const Corner& corner) const
 }
 
 /// The nearest triangle that a corner is over and may touch.
-std::optional<std::uint32_t> OfSkin::tile_under(const Corner& corner, Real far) const {
+std::optional<std::uint32_t> SkinTarget::tile_under(const Corner& corner, Real far) const {
   const SkinModel& m = *surface.model;
   const Vec3 p = corner.point;
   std::optional<std::uint32_t> tile;
@@ -86,7 +86,7 @@ std::optional<std::uint32_t> OfSkin::tile_under(const Corner& corner, Real far) 
   return tile;
 }
 
-std::optional<Foot> OfSkin::foot(const Corner& corner) const {
+std::optional<Foot> SkinTarget::foot(const Corner& corner) const {
   const SkinModel& m = *surface.model;
   const Vec3 p = corner.point;
   const Real far = reach.farthest() + m.chord;
@@ -105,13 +105,13 @@ std::optional<Foot> OfSkin::foot(const Corner& corner) const {
   return found;
 }
 
-bool OfConvex::holds(Vec3 p) const {
+bool ConvexTarget::holds(Vec3 p) const {
   return std::all_of(piece.faces.begin(), piece.faces.end(), [&](const Face& f) {
     return glm::dot(f.normal, p) - f.offset <= reach.beside;
   });
 }
 
-bool OfConvex::is_over(const Face& face, Vec3 p) const {
+bool ConvexTarget::is_over(const Face& face, Vec3 p) const {
   for (std::uint32_t i = 0; i < face.count; ++i) {
     const Vec3 from = piece.points[piece.corners[face.first + i]];
     const Vec3 way = piece.points[piece.corners[face.first + (i + 1) % face.count]] - from;
@@ -121,7 +121,7 @@ bool OfConvex::is_over(const Face& face, Vec3 p) const {
   return true;
 }
 
-std::optional<Foot> OfConvex::foot(const Corner& corner) const {
+std::optional<Foot> ConvexTarget::foot(const Corner& corner) const {
   const Vec3 p = corner.point;
   std::optional<Foot> best;
   for (const Face& f : piece.faces) {
@@ -134,7 +134,7 @@ std::optional<Foot> OfConvex::foot(const Corner& corner) const {
   return best;
 }
 
-std::optional<Foot> OfShape::foot(const Corner& corner) const {
+std::optional<Foot> ShapeTarget::foot(const Corner& corner) const {
   const Vec3 local = glm::conjugate(shape.at.rotation) * (corner.point - shape.at.position);
   const auto near = closest(shape.shape, local, std::max(reach.margin, Real(0)));
   if (!near || near->distance > reach.margin) return std::nullopt;

@@ -24,7 +24,7 @@ Reach reach_into(const Surface& surface, Real size, Real margin);
 /// their ends.
 ///
 /// The faces of a skin, in its frame.
-struct OfSkin {
+struct SkinTarget {
   const Surface& surface;
   Reach reach;
 
@@ -38,7 +38,7 @@ struct OfSkin {
 };
 
 /// The flat faces of a piece with corners.
-struct OfConvex {
+struct ConvexTarget {
   const Convex& piece;
   Reach reach;
 
@@ -51,7 +51,7 @@ struct OfConvex {
 };
 
 /// Any other shape, by its nearest points.
-struct OfShape {
+struct ShapeTarget {
   const PlacedShape& shape;
   Reach reach;
 

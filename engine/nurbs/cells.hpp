@@ -37,7 +37,7 @@ struct PatchCell {
   bool is_bent() const { return turn > kStraight && is_large(); }
   Real width() const { return std::min(glm::length(along_u), glm::length(along_v)); }
   /// Whether it deviates so much from flat that a cell of the other width could hide in it.
-  bool is_curly(Real other_width) const {
+  bool hides_other_cell(Real other_width) const {
     return sag > std::max(width(), other_width) && is_large();
   }
 

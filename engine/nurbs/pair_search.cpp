@@ -73,7 +73,7 @@ class PairWalk {
     if (!asked(x, y)) return;
     bool cuts_x = x.is_bent(), cuts_y = y.is_bent();
     if (!cuts_x && !cuts_y) {
-      cuts_x = x.is_curly(y.width()), cuts_y = y.is_curly(x.width());
+      cuts_x = x.hides_other_cell(y.width()), cuts_y = y.hides_other_cell(x.width());
       if (!cuts_x && !cuts_y) {
         found(x, y);
         return;

@@ -414,7 +414,7 @@ void tie_loops(Builder& b, std::vector<Island>& made) {
   }
 }
 
-void tie_cords(Builder& b, std::vector<Island>& made) {
+void add_cables(Builder& b, std::vector<Island>& made) {
   World& world = b.world;
   for (std::uint32_t i = 0; i < world.cables.size(); ++i) {
     const Cable& s = world.cables.values()[i];
@@ -447,7 +447,7 @@ void compile(World& world, std::span<const IslandPlan> plans) {
   made.reserve(plans.size() - b.kept);
   for (std::size_t i = b.kept; i < plans.size(); ++i)
     made.push_back(pack(b, plans[i], static_cast<std::uint32_t>(i)));
-  tie_cords(b, made);
+  add_cables(b, made);
   tie_loops(b, made);
   for (const Island& a : made)
     for (std::uint32_t c = 0; c < a.count(); ++c) b.partition.set_column(a.slots[c], c);

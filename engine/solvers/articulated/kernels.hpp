@@ -133,8 +133,8 @@ struct LaneTies {
   const TiePathStep* paths;
   std::size_t steps, longest;  // of all paths, of one
   /// The steps of all paths, sorted by column (bodies, then displacements of free roots): those of
-  /// a column start at place_starts[column]. The position of each step among them, and its cable.
-  const std::uint32_t *place_starts, *positions, *tie_at;
+  /// a column start at column_starts[column]. The position of each step among them, and its cable.
+  const std::uint32_t *column_starts, *positions, *tie_at;
 };
 /// State of an inextensible cable in a lane, as a number of its table.
 inline constexpr double kSlackTie = 0, kTautTie = 1, kStrikingTie = 2;

@@ -49,7 +49,7 @@ const char* fault(const World& world) {
   return nullptr;
 }
 
-void report_holds(const World& world, const Island& a, StepReport& report) {
+void report_pins_and_cables(const World& world, const Island& a, StepReport& report) {
   const Real bound = a.settings.tolerance * a.size;
   const auto note = [&](Real residual, Entity who) {
     if (residual > bound) ++report.unreached;
@@ -126,7 +126,7 @@ void report(const World& world, StepReport& report) {
   const auto add = [&](const Island& a) {
     report.sweeps_used = std::max(report.sweeps_used, a.sweeps_used);
     report.stops_hit += a.stops_hit, report.drives_capped += a.drives_capped;
-    report_holds(world, a, report);
+    report_pins_and_cables(world, a, report);
   };
   each_awake(world, [&](const Island& a) { report.asleep += a.asleep, add(a); });
   const RestLists& rest = world.memory.of<Islands>().rest;

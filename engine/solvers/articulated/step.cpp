@@ -31,7 +31,7 @@ Entity find_lost(const World& world, const Island& a) {
 }
 
 /// Writes residuals and tensions back to pins and cables.
-void report_holds(World& world, Island& a, Real h) {
+void report_pins_and_cables(World& world, Island& a, Real h) {
   const Real to_force = 1 / (h * h);
   for (PackedPin& constraint : a.pins) {
     const Vec3 at = point_on(world, a.slots[constraint.column], constraint.anchor);
@@ -61,7 +61,7 @@ void report_holds(World& world, Island& a, Real h) {
 }  // namespace
 
 void remember_step(World& world, Island& a, Real h) {
-  if (has_rows(a) || a.trees.front().held_pin != UINT32_MAX) report_holds(world, a, h);
+  if (has_rows(a) || a.trees.front().held_pin != UINT32_MAX) report_pins_and_cables(world, a, h);
   PANTIN_ASSERT(!a.asleep);
   for (std::size_t c = 0; a.changed && c < a.count(); ++c) {
     Body& b = world.bodies.values()[a.slots[c]];

@@ -31,7 +31,7 @@ Energy energy_of(const World& world, const Island& a) {
 
 /// Speed of the fastest anchor of the island, m/s. For the rules of the paper a gap to be closed
 /// counts as displacement.
-Real hand_speed(const World& world, const Island& a, Real h) {
+Real fastest_anchor_speed(const World& world, const Island& a, Real h) {
   Real most = 0;
   for (const Tree& t : a.trees)
     if (a.parents[t.first] == kHeld)
@@ -84,7 +84,7 @@ Real most_work(const World& world, const Island& a, Real h) {
     pulls += glm::length(change);
   }
   PANTIN_ASSERT(a.pins.empty() || a.scratch.velocities.size() == a.count());
-  const Real speed = hand_speed(world, a, h);
+  const Real speed = fastest_anchor_speed(world, a, h);
   return pulls * speed + pushed;
 }
 

@@ -81,7 +81,7 @@ bool integrate(const World& world, Island& m, const Span& span, const Integrator
     note_pulls(m, span);
     return closed && m.scratch.lost_touch == UINT32_MAX && all_within_bounds(m) &&
            (!by.may_open_joints || keeps_joints(m, span.h)) &&
-           (!moves || pay_projection(m, kinetic));
+           (!moves || remove_projection_energy(m, kinetic));
   }
   update_kinematics(m), update_frames(world, m, span.fraction(1), span.whole);
   write_all_rows(world, m, {true, false});
@@ -306,7 +306,7 @@ bool stands_on_rest(const Island& m) {
   return true;
 }
 
-bool pay_projection(Island& m, Real before) {
+bool remove_projection_energy(Island& m, Real before) {
   StepScratch& scratch = m.scratch;
   const bool is_free = scratch.pattern.framed.empty();
   if (!is_free && !stands_on_rest(m)) return true;
@@ -340,7 +340,7 @@ bool advance(const World& world, Island& m, const Span& span) {
   m.scratch.start = m.scratch.state, m.scratch.impulses_at_start = m.scratch.impulses;
   const int before = m.rescues;
   m.rescues = 0;
-  const bool dear = is_dear(m);
+  const bool dear = is_expensive(m);
   // After a rescue fewer halvings are tried, and none in the next steps.
   const Attempt first{chosen, dear ? 0 : before > 0 ? kRetries : kMaxHalvings, kMaxSubsteps};
   const bool has_other = can_pass_singular(m, chosen);

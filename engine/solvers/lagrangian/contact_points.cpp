@@ -26,13 +26,13 @@ constexpr std::size_t kMostRimPoints = 16;
 constexpr Real kOnRim = 1e-6;
 
 /// The island of a body; null for a body of another solver, or of none.
-const Island* exact_island(const World& world, const Owner& owner) {
+const Island* lagrangian_island(const World& world, const Owner& owner) {
   return owner && owner.solver == kLagrangian ? &islands_of(world)[owner.island] : nullptr;
 }
 
 /// The island of a body, if it takes part in contacts of this step, or none.
 std::uint32_t taking_part(const World& world, const Owner& owner) {
-  const Island* m = exact_island(world, owner);
+  const Island* m = lagrangian_island(world, owner);
   if (!m || !m->scratch.stepped || m->lost || m->unfit) return kNoIndex;
   return owner.island;
 }
@@ -46,7 +46,7 @@ Obstacle obstacle_at(const World& world, std::uint32_t slot, Real h) {
     return {b.pose, b.velocity, b.angular_velocity};
   }
   // Planar solvers have moved their bodies before; other solvers move theirs after this one.
-  const Island* m = exact_island(world, owner);
+  const Island* m = lagrangian_island(world, owner);
   if (owner.solver < kLagrangian || (m && m->scratch.stepped))
     return {b.pose, b.velocity, b.angular_velocity};
   if (m && (m->lost || m->unfit)) return {b.pose};
@@ -75,7 +75,7 @@ ContactPoint make_point(const World& world, std::uint32_t number, Real h) {
     const Owner owner = owner_of(partition_of(world), slot[s]);
     const Body& b = world.bodies.values()[slot[s]];
     Quat rotation = b.pose.rotation;
-    if (const Island* m = exact_island(world, owner); m && m->scratch.stepped)
+    if (const Island* m = lagrangian_island(world, owner); m && m->scratch.stepped)
       rotation = m->scratch.entry.q[owner.column];
     else if (!owner && contact::moves(b))
       rotation = contact::pose_before(b, h).rotation;

@@ -31,7 +31,7 @@ struct Want {
 void update_kinematics(Island& m);
 /// Recomputes the inverse inertia with moments of at least `least` times the body's largest; valid
 /// until update_kinematics().
-void thicken(Island& m, Real least);
+void regularise_inertia(Island& m, Real least);
 /// Evaluates the rows of all blocks. Inactive limits have a zero Jacobian.
 void write_all_rows(const World& world, Island& m, Want want);
 /// Poses and twists of frames at the fraction `part` (0 to 1) of a step of `h` that ends at
@@ -175,7 +175,7 @@ bool project(const World& world, Island& m, Real part, Real whole);
 void project_twists(Island& m, std::span<const Real> bias);
 
 /// Whether the step took so many factorisations that it is neither divided further nor repeated.
-inline bool is_dear(const Island& m) { return m.solves > 4000; }
+inline bool is_expensive(const Island& m) { return m.solves > 4000; }
 
 /// Advances by the requested time. Where no substep is short enough it falls back to Euler, which
 /// dissipates but is stable; as a last resort joints may stay open a little.
@@ -248,7 +248,7 @@ bool release_lost(const World& world, Island& m);
 /// Initial state at the current rows: contacts with slip velocity slip, the others stick.
 void begin_slips(Island& m);
 /// At the start of a substep of `h`: friction opposes the current slip.
-void turn_slips(Island& m, Real h);
+void update_slip_directions(Island& m, Real h);
 /// The same within an impact.
 void aim_slips(Island& m);
 /// m/s: slip speed along the slip direction; below 0 after its reversal. 1e300 where nothing slips.
@@ -262,7 +262,7 @@ bool yield_holding(Island& m, std::span<const Real> lambda, Real least = 0);
 /// N: mu N minus the friction force while it sticks; 1e300 if it slips, or sticks at any force.
 Real grip_left(const Island& m, std::size_t block, std::span<const Real> lambda);
 /// Starts to slip, against the force of sticking.
-void give_way_at(Island& m, std::size_t block, std::span<const Real> lambda);
+void release_sticking(Island& m, std::size_t block, std::span<const Real> lambda);
 /// Sets the normal forces of friction from multipliers or impulses. Returns their largest change
 /// where contacts slip, relative.
 Real set_grips(Island& m, std::span<const Real> lambda);
@@ -306,13 +306,13 @@ Real least_left(const World& world, Island& m, Real part, Real whole);
 /// Releases the contacts with the least margin, or lets them slip.
 void let_go(const World& world, Island& m, Real part, Real whole);
 /// Activates penetrating contacts for the next attempt. True: any.
-bool hold_within(Island& m);
+bool activate_penetrating(Island& m);
 /// Records the opening speeds of surfaces at the start of a substep.
 void note_openings(Island& m);
 /// Euler falls by g h^2, the exact motion by half of that, so a contact that leaves a curved
 /// surface would end in penetration. Where the surfaces approach neither at the start nor at the
 /// end, poses are projected back and the energy gained is removed. False: failure.
-bool set_back(const World& world, Island& m, const Span& span);
+bool project_penetrations(const World& world, Island& m, const Span& span);
 
 // Contacts at untracked pairs within a step (surface_sweep.cpp).
 
@@ -320,7 +320,7 @@ bool set_back(const World& world, Island& m, const Span& span);
 void note_sweep(const World& world, Island& m);
 /// Fraction of the substep after which unilateral surfaces penetrate at an untracked pair, or at a
 /// tracked one before the end. 2: nowhere.
-Real met_unseen(const World& world, Island& m);
+Real first_untracked_contact(const World& world, Island& m);
 
 /// Writes the results of surface joints to the World.
 void write_back_touches(World& world, Island& m);
@@ -374,7 +374,7 @@ bool stands_on_rest(const Island& m);
 /// Removes from the kinetic energy what the projection added as potential energy, unless something
 /// else may have paid for it. `before`: kinetic energy before, J. False: there is too little, or a
 /// free island gained energy (its momentum is kept, so the step must be cut).
-bool pay_projection(Island& m, Real before);
+bool remove_projection_energy(Island& m, Real before);
 /// Writes scratch.state of the bodies back to the World.
 void write_back(World& world, const Island& m);
 /// Finite, and at most 1e12 m, 1e9 m/s and 1e9 rad/s.

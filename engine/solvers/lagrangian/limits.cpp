@@ -367,9 +367,11 @@ struct Met {
 };
 template <class Attempt>
 bool end_where_met(const World& world, Island& m, const Attempt& attempt, Met& part) {
-  const auto is_clear = [&](Real length) { return attempt(length) && met_unseen(world, m) > 1; };
+  const auto is_clear = [&](Real length) {
+    return attempt(length) && first_untracked_contact(world, m) > 1;
+  };
   for (; part.sweeps < kMaxSweeps; ++part.sweeps) {
-    const Real met = met_unseen(world, m);
+    const Real met = first_untracked_contact(world, m);
     if (met > 1) break;
     part.freed = 0;
     const Real seen = met < 1 ? 0 : until_turned(m, is_clear, part.length);
@@ -398,7 +400,7 @@ bool advance_among_limits(World& world, Island& m, Real h) {
     scratch.lambda_before = m.mean_lambda;
     const int rescues = m.rescues;
     note_bounds(world, m, h - done);
-    turn_slips(m, h - done), note_openings(m), note_sweep(world, m);
+    update_slip_directions(m, h - done), note_openings(m), note_sweep(world, m);
     const Real at_start = clearance(m);
     bool again = false;
     const auto attempt = [&](Real length) {
@@ -442,12 +444,13 @@ bool advance_among_limits(World& world, Island& m, Real h) {
       if (!end_where_met(world, m, attempt, met)) return false;
       length = met.length, sweeps = met.sweeps, freed = met.freed, turned = met.turned;
     }
-    if (!set_back(world, m, {done, length, h})) return false;
+    if (!project_penetrations(world, m, {done, length, h})) return false;
     if (events < kMaxEvents && attempts < kMaxAttempts) {
       length = until_event(world, m, {at_start, length, 1e-12 * h}, attempt);
       if (length == 0) return false;
     }
-    for (int n = 0; n < kMaxHolds && clearance(m) < -kLimitTolerance && hold_within(m); ++n)
+    for (int n = 0; n < kMaxHolds && clearance(m) < -kLimitTolerance && activate_penetrating(m);
+         ++n)
       if (!attempt(length)) return false;
     done += length;
     if (freed == length) let_go(world, m, done / h, h);

@@ -130,7 +130,7 @@ enum class Metric : std::uint8_t { of_masses, thick };
 
 void look(const World& world, Island& m, Metric metric) {
   update_kinematics(m);
-  if (metric == Metric::thick) thicken(m, kThick);
+  if (metric == Metric::thick) regularise_inertia(m, kThick);
   write_all_rows(world, m, {true, false});
   m.residual = worst_residual(m);
 }

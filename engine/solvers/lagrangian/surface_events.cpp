@@ -84,14 +84,14 @@ void let_go(const World& world, Island& m, Real part, Real whole) {
     if (may_lift(m, i) || m.blocks[i].kind == BlockKind::roll)
       m.scratch.touching[m.blocks[i].first_place].has_let_go = true;
     if (m.blocks[i].kind == BlockKind::roll)
-      give_way_at(m, i, m.scratch.lambda);
+      release_sticking(m, i, m.scratch.lambda);
     else
       m.memory[i].active = false;
   }
   write_all_rows(world, m, {true, false});
 }
 
-bool hold_within(Island& m) {
+bool activate_penetrating(Island& m) {
   bool any = false;
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
     if (is_within(m, i)) m.memory[i].active = any = true;
@@ -105,7 +105,7 @@ void note_openings(Island& m) {
       m.scratch.touching[b.first_place].has_let_go = false;
 }
 
-bool set_back(const World& world, Island& m, const Span& span) {
+bool project_penetrations(const World& world, Island& m, const Span& span) {
   StepScratch& scratch = m.scratch;
   if (!row_of(m.settings.integrator).projection_moves) return true;
   bool any = false;
@@ -136,7 +136,7 @@ bool set_back(const World& world, Island& m, const Span& span) {
   scratch.impulses = scratch.impulses_at_start;
   update_kinematics(m), write_all_rows(world, m, {true, false});
   factor(m), project_twists(m, {});
-  return closed && pay_projection(m, kinetic);
+  return closed && remove_projection_energy(m, kinetic);
 }
 
 }  // namespace pantin::detail::lagrangian

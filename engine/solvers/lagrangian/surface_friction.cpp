@@ -55,7 +55,7 @@ Vec3 slip_of(const Island& m, const Block& roll) {
 /// m/s: below this slip speed the direction of friction lags, as in an implicit step. Friction ends
 /// slip across the direction `way` within `slip / deceleration` seconds, which is then less than
 /// the substep.
-Real fast_enough(const Island& m, const Block& roll, Vec3 way) {
+Real lag_speed(const Island& m, const Block& roll, Vec3 way) {
   const SurfaceFound& found = m.scratch.touching[roll.first_place];
   const Vec3 across = glm::cross(found.normal, way);
   Real mobility = 0;
@@ -71,8 +71,7 @@ Real fast_enough(const Island& m, const Block& roll, Vec3 way) {
 /// The direction of a slip that had the direction `before`.
 Vec3 way_of(const Island& m, const Block& roll, Vec3 slip, Vec3 before) {
   const Real speed = glm::length(slip);
-  const Real lag =
-      roll.rows == 1 ? 0 : std::max(fast_enough(m, roll, before) - 0.5 * speed, Real(0));
+  const Real lag = roll.rows == 1 ? 0 : std::max(lag_speed(m, roll, before) - 0.5 * speed, Real(0));
   const Vec3 normal = m.scratch.touching[roll.first_place].normal;
   return glm::normalize(slip + lag * (before - glm::dot(before, normal) * normal));
 }
@@ -113,7 +112,7 @@ void begin_slips(Island& m) {
   }
 }
 
-void turn_slips(Island& m, Real h) {
+void update_slip_directions(Island& m, Real h) {
   m.scratch.part_h = h;
   set_grips(m, m.mean_lambda);
   for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i)
@@ -170,7 +169,7 @@ Real grip_left(const Island& m, std::size_t block, std::span<const Real> lambda)
   return grip - glm::length(held_by(m, roll, lambda));
 }
 
-void give_way_at(Island& m, std::size_t block, std::span<const Real> lambda) {
+void release_sticking(Island& m, std::size_t block, std::span<const Real> lambda) {
   const Block& roll = m.blocks[block];
   m.memory[block].active = false;
   m.scratch.touching[roll.first_place].holds = SurfaceFound::Holds::gave_way;
@@ -191,7 +190,7 @@ bool yield_holding(Island& m, std::span<const Real> lambda, Real least) {
     const Real left = grip_left(m, i, lambda);
     const Real rounding = 1e-9 * std::abs(lambda[m.blocks[i - 1].first_row]) * m.blocks[i].bound;
     if (!(left < -(rounding + least))) continue;
-    give_way_at(m, i, lambda), any = true;
+    release_sticking(m, i, lambda), any = true;
   }
   return any;
 }

@@ -144,7 +144,7 @@ void note_sweep(const World& world, Island& m) {
   });
 }
 
-Real met_unseen(const World& world, Island& m) {
+Real first_untracked_contact(const World& world, Island& m) {
   Real first = 2;
   for_each_contact(world, m, [&](const Spots& s) { first = std::min(first, part_of(s)); });
   return first;

@@ -239,7 +239,7 @@ void update_kinematics(Island& m) {
   }
 }
 
-void thicken(Island& m, Real least) {
+void regularise_inertia(Island& m, Real least) {
   for (std::size_t b = 0; b < m.count(); ++b) {
     const Vec3 inertia = m.inertia[b];
     const Real thinnest = least * std::max({inertia.x, inertia.y, inertia.z});

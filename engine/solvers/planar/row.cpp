@@ -27,7 +27,7 @@ Real extent_of(const World& world, const FlatBody& f) {
 }
 
 /// Whether a body was changed: moved by the caller, pushed, or moving on its path.
-bool stirs(const World& world, const FlatBody& f) {
+bool was_changed(const World& world, const FlatBody& f) {
   const Body& b = world.bodies.values()[f.slot];
   if (b.restart || b.teleport) return true;
   if (f.island == kNobody) return contact::moves(b);
@@ -52,7 +52,7 @@ bool rests(const World& world, const Planar& all, Real h) {
   for (const FlatPin& p : all.pins)
     if (gap_of(world, all, p) > kPinMoved) return false;
   return std::none_of(all.bodies.begin(), all.bodies.end(),
-                      [&](const FlatBody& f) { return stirs(world, f); });
+                      [&](const FlatBody& f) { return was_changed(world, f); });
 }
 
 void note_stillness(const World& world, Planar& all) {

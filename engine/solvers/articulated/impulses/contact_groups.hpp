@@ -406,7 +406,7 @@ Real work_of_surfaces(const Group& g, Vec3 GroupContact::*impulse = &GroupContac
 /// J: kinetic energy of the bodies' own velocities, between substeps.
 Real energy_of_bodies(const Group& g);
 /// J: work of weight and applied forces since the start of the step.
-Real work_of_weight(const Group& g);
+Real work_of_external_forces(const Group& g);
 /// Saves all motions before impulses; restores them and clears the impulses.
 void remember_free(const Group& g);
 void forget_impulses(const Group& g);

@@ -47,7 +47,7 @@ Real energy_of_bodies(const Group& g) {
   return sum;
 }
 
-Real work_of_weight(const Group& g) {
+Real work_of_external_forces(const Group& g) {
   Real sum = 0;
   for (const GroupBody& b : g.bodies)
     if (b.per_mass > 0) sum += glm::dot(b.acceleration, b.pose.position - b.from) / b.per_mass;

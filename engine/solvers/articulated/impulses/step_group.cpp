@@ -69,7 +69,7 @@ bool is_near(const Group& g, const GroupContact& c, Real h, Real sudden) {
   return c.impulse.x > 0 || c.gap < h * (sudden + std::max(Real(0), closing));
 }
 
-void begin_again(const Group& g) {
+void restore_velocities(const Group& g) {
   for (const GroupNode& n : g.nodes) g.bodies[n.body].velocity = n.velocity;
 }
 
@@ -84,7 +84,7 @@ void prepare_closed(const Group& g, const GroupPart& part, Real h) {
       prepare_trees(g, part);
       prepare_loops(g);
       open = close_loops(g, part);
-      begin_again(g);
+      restore_velocities(g);
     }
     release(g);
   }
@@ -159,7 +159,7 @@ bool is_load(const Group& g, const GroupContact& c) {
 }
 
 /// Warm start from the previous substep. Among trees, loads are carried over; impacts are not.
-void push_again(const Group& g) {
+void warm_start(const Group& g) {
   push_actuators(g);
   push_limits(g);
   for (const GroupTie& t : g.ties)
@@ -323,7 +323,7 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   if (is_bound && collided) settle_trees(g);
   const Real energy = is_bound ? kinetic_energy(g) : 0;
   if (is_bound) remember_free(g);
-  push_again(g);
+  warm_start(g);
   Ending solved(g, s);
   const int sweeps = g.trees.empty() && g.ties.empty() ? 1
                      : s.strikes                       ? kBlowSweepsOfTrees
@@ -475,7 +475,7 @@ void step_group(const Group& g, Real h) {
     for (GroupLoops& l : g.loops) l.open *= kLeftOpen;
     prepare_closed(g, end, s.h);
     close_cuts(g);
-    begin_again(g);
+    restore_velocities(g);
     stiffen(g, 0);
   }
   if (!g.trees.empty()) {  // motions that the joints allow at the final poses
@@ -485,7 +485,7 @@ void step_group(const Group& g, Real h) {
   }
   if (is_bound && is_bouncing(g))
     slow_bodies(g, energy_of_bodies(g),
-                energy + work_of_weight(g) + work_of_surfaces(g, &GroupContact::passed));
+                energy + work_of_external_forces(g) + work_of_surfaces(g, &GroupContact::passed));
   finish_group(g);
   change_length(g, 1 / s.h);
 }

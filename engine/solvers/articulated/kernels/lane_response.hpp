@@ -152,7 +152,7 @@ class LaneResponse : public LaneCableLaws {
       const LaneTies::Tie& own = tie(row(r));
       for (std::size_t i = own.path; i < own.path + own.count; ++i) {
         const Vec<Lane> ask = get_vec<Lane>(room_.asked, 3 * i);
-        const std::uint32_t* const from = ties.place_starts + ties.paths[i].column;
+        const std::uint32_t* const from = ties.column_starts + ties.paths[i].column;
         const double* turn = room_.turns + 3 * kWide * from[0];
         for (std::size_t k = from[0], end = from[1]; k < end; ++k, turn += 3 * kWide) {
           double* const at = to + kWide * rows[k];

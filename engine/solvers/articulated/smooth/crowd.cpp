@@ -177,7 +177,7 @@ void take_parts_together(World& world, CrowdScratch& crowd, std::span<const std:
   const CrowdShape& shape = crowd.shapes[step(0).shape];
   const StepScratch& r = first.scratch;
   const LaneTies ties{shape.ties.size(),      shape.ties.data(),  r.tie_paths.data(),
-                      r.tie_paths.size(),     shape.longest,      shape.place_starts.data(),
+                      r.tie_paths.size(),     shape.longest,      shape.column_starts.data(),
                       shape.positions.data(), shape.tie_at.data()};
   const LaneTies* const tied = first.cables.empty() ? nullptr : &ties;
   room.fit(first, tied);
@@ -223,12 +223,12 @@ void find_shape(const World& world, const Island& a, CrowdShape& shape) {
                           has_b ? cable.column_b : cable.column_a, first, count,
                           stretches(world, a, i)});
   }
-  shape.place_starts.assign(2 * a.count() + 1, 0);
-  for (const TiePathStep& step : r.tie_paths) ++shape.place_starts[step.column + 1];
+  shape.column_starts.assign(2 * a.count() + 1, 0);
+  for (const TiePathStep& step : r.tie_paths) ++shape.column_starts[step.column + 1];
   for (std::size_t c = 0; c < 2 * a.count(); ++c)
-    shape.place_starts[c + 1] += shape.place_starts[c];
+    shape.column_starts[c + 1] += shape.column_starts[c];
   shape.positions.resize(r.tie_paths.size()), shape.tie_at.resize(r.tie_paths.size());
-  std::vector<std::uint32_t> next = shape.place_starts;
+  std::vector<std::uint32_t> next = shape.column_starts;
   for (std::uint32_t i = 0; i < shape.ties.size(); ++i)
     for (std::uint32_t k = shape.ties[i].path; k < shape.ties[i].path + shape.ties[i].count; ++k) {
       shape.positions[k] = next[r.tie_paths[k].column]++;

@@ -47,8 +47,8 @@ struct CrowdStep {
 /// The structure that the islands of a batch have in common.
 struct CrowdShape {
   std::vector<LaneTies::Tie> ties;
-  std::vector<std::uint32_t> place_starts, positions, tie_at;  // see LaneTies
-  std::size_t longest = 0;                                     // longest path of a tie
+  std::vector<std::uint32_t> column_starts, positions, tie_at;  // see LaneTies
+  std::size_t longest = 0;                                      // longest path of a tie
 };
 struct CrowdScratch {
   struct Member {
