@@ -12,7 +12,7 @@ namespace {
 
 Real nearest(Real angle, Real near) { return near + std::remainder(angle - near, 2 * kPi); }
 
-/// What follows from the pulleys where they stand.
+/// The geometry of a belt for the present poses of its pulleys.
 struct Way {
   const Belt& belt;
   PulleyPoses bodies;
@@ -22,7 +22,8 @@ struct Way {
   BeltSpan span(std::size_t i, Real near) const {
     return span_between(place(i), place(next(i)), near);
   }
-  /// The direction in which the belt meets a pulley, counted as those of leaving it.
+  /// Direction in which the belt runs onto pulley i, rad, on the same branch as those that leave
+  /// it.
   Real meets(std::size_t i) const {
     const std::size_t last = belt.pulleys.size() - 1;
     return i > 0 ? belt.pulleys[i - 1].direction : belt.pulleys[last].direction - belt.turning;
@@ -39,7 +40,8 @@ struct Way {
   }
 };
 
-/// Turned on by whole turns until it is in the sense of the pulley, by less than one.
+/// Adds whole turns until the angle is ahead of `from` in the pulley's sense, by less than one
+/// turn.
 Real turned_on(Real angle, Real from, Real sense) {
   const Real way = sense * (angle - from);
   const Real on = way - 2 * kPi * std::floor(way / (2 * kPi));
@@ -69,7 +71,8 @@ std::string pair(std::size_t i, std::size_t k) {
   return "pulleys " + std::to_string(i) + " and " + std::to_string(k);
 }
 
-/// What lies within, or across, what it must not.
+/// The first fault of the route, in words: overlapping pulleys, crossing spans, a span through a
+/// pulley.
 std::string meeting_in(const Way& way, const std::vector<BeltSpan>& spans, Crossing crossing) {
   const std::size_t count = spans.size();
   for (std::size_t i = 0; i < count; ++i)
@@ -158,8 +161,8 @@ void lay_mark(Belt& belt, std::size_t span, PulleyPoses bodies) {
 
 namespace {
 
-/// The body that holds the axle of a pulley: none where it stands still, the pulley's own where it
-/// has none.
+/// The body that carries the axle of a pulley. None if the axle is fixed; the pulley itself if it
+/// has no joint that acts as an axle.
 Entity carrier_of(const World& world, Entity pulley) {
   const auto moves = [&](Entity e) {
     const Body* b = world.bodies.find(e);

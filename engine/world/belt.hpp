@@ -1,5 +1,5 @@
 #pragma once
-/// Belts: closed, flat, taut, without mass, round pulleys that turn about z.
+/// Belts: closed, flat, taut and massless, around round pulleys that turn about z.
 ///
 /// Internal (pantin::detail); installed because World::belts holds them.
 #include <span>
@@ -25,11 +25,11 @@ struct BeltPulley {
   Quat frame{1, 0, 0, 0};  // likewise: the pulley's axes, z along that of the plane
   Real sense = 1;          // 1: the belt runs round it anticlockwise; -1
   BeltOutline outline;
-  // After the last step; whole turns counted.
+  // State after the last step; whole turns are counted.
   Real angle = 0;      // rad, of the pulley's axes
   Real direction = 0;  // rad, of the span that leaves it
   Real offset = 0;     // m: C_0 of that span
-  // Results of the last step, of that span:
+  // Results of the last step, for the span that leaves this pulley:
   Real tension = 0;  // N, mean; see Belt
 
   static void fields(auto& self, auto&& field) {
@@ -45,23 +45,24 @@ struct BeltPulley {
   }
 };
 
-/// Pulleys in the order in which the belt meets them; from the last one it goes to the first.
+/// Pulleys in the order in which the belt meets them; it returns from the last to the first.
 ///
-/// Every span is a row, so the belt keeps its length and slips nowhere. Where all axles are held by
-/// one body, the last row follows from the others for round pulleys; for others it cannot be held.
-/// Its span, that to the first pulley, is left to itself then: `defect` tells how much longer its
-/// way is than the belt. Tensions are those beyond that of this span, or beyond `pretension`.
+/// Each span is a constraint row, so the belt keeps its length and does not slip. If one body
+/// carries all axles, the rows of round pulleys are dependent and the last one is redundant; for
+/// other outlines it cannot be satisfied. The last span (to the first pulley) then has no row, and
+/// `defect` reports by how much the route is longer than the belt. Tensions are relative to that
+/// span, or to `pretension`.
 struct Belt {
   std::vector<BeltPulley> pulleys;
-  Real turning = 0;     // rad, of the belt's direction in one round: whole turns
-  Real friction = 0;    // of two pulleys; 0: it never slips
+  Real turning = 0;     // rad, by which the belt's direction rotates in one round: whole turns
+  Real friction = 0;    // coefficient, belts of two pulleys only; 0: it never slips
   Real pretension = 0;  // N
   Real width = 0.04;    // m, along z, as drawn
   std::uint32_t material = 0;
-  Real travel = 0;  // m, by which the belt has run past the first pulley
+  Real travel = 0;  // m, of belt that has run past the first pulley
   // Results of the last step.
-  Real length = 0;  // m, of the way
-  Real defect = 0;  // m, by which the way is longer than when the belt was laid
+  Real length = 0;  // m, of the route
+  Real defect = 0;  // m, by which the route is longer than when the belt was laid
   bool slips = false;
 
   static void fields(auto& self, auto&& field) {
@@ -78,34 +79,34 @@ struct Belt {
   }
 };
 
-/// A pulley where its body stands; its angle is the nearest to the one before.
+/// The pulley at the present pose of its body; its angle continues from the previous one.
 BeltPlace place_of(const BeltPulley& pulley, const Pose& body);
 
 /// Poses of the bodies of a belt's pulleys, in their order.
 using PulleyPoses = std::span<const Pose>;
 
-/// Lays a belt: finds the angles, directions and offsets, the turning and the length. False where
-/// two pulleys that follow one another are within one another.
+/// Lays a belt: computes angles, directions, offsets, total rotation and length. Returns false if
+/// two consecutive pulleys overlap.
 bool lay_belt(Belt& belt, PulleyPoses bodies);
 
-/// After a step: takes the angles of the pulleys, rad, whole turns counted, and what follows from
-/// them.
+/// Updates a belt after a step from the pulley angles, rad, whole turns counted.
 void follow_belt(Belt& belt, PulleyPoses bodies, std::span<const Real> angles);
 
-/// Lays a span anew, that of a belt which has slipped.
+/// Lays one span again, after the belt has slipped.
 void lay_mark(Belt& belt, std::size_t span, PulleyPoses bodies);
 
-/// How many spans of a belt are rows: all, or all but the last. See Belt.
+/// The number of spans that have a constraint row: all, or all but the last. See Belt.
 std::size_t held_spans(const World& world, const Belt& belt);
 
-/// N: the largest difference of its two tensions without a slip, of two pulleys. (Euler's capstan)
+/// Largest difference of the two tensions without slip, N, for two pulleys (Euler's capstan
+/// equation).
 Real grip_of(const Belt& belt);
 
-/// What is wrong with a belt that has been laid, in words; empty if nothing is.
+/// The fault of a belt that has been laid, in words; empty if there is none.
 enum class Crossing : std::uint8_t { refused, allowed };
 std::string fault_of(const Belt& belt, PulleyPoses bodies, Crossing crossing);
 
-/// Appends the closed way of a belt as it lies, m, arcs in steps of no more than `turn` rad.
+/// Appends the closed route of a belt, m; arcs are divided into steps of at most `turn` rad.
 void trace_belt(const Belt& belt, PulleyPoses bodies, Real turn, std::vector<Vec3>& to);
 
 }  // namespace pantin::detail

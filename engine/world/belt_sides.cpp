@@ -5,9 +5,9 @@
 namespace pantin::detail {
 namespace {
 
-constexpr Real kLevel = 1e-6;  // m, and of a height
+constexpr Real kLevel = 1e-6;  // tolerance for points at one height, m, and relative to the height
 
-/// 1 where the pulleys, one after the other, go round anticlockwise; else -1.
+/// 1 if the pulleys follow one another anticlockwise; else -1.
 Real sense_of(const Belt& belt, PulleyPoses bodies) {
   Real twice = 0;
   const std::size_t count = belt.pulleys.size();

@@ -9,12 +9,12 @@
 namespace pantin::detail {
 
 struct BeltSides {
-  std::vector<bool> is_outside;  // by pulley: it presses on the belt from outside
-  bool crossed = false;          // spans may cross; of two pulleys: round the second the other way
+  std::vector<bool> is_outside;  // by pulley: it touches the belt from outside the loop
+  bool crossed = false;          // spans may cross; with two pulleys the second turns the other way
 };
 
-/// Finds the sense of each pulley and lays the belt. What is wrong with it, in words ("pulleys 0
-/// and 1 ..., expected ..."), or empty.
+/// Finds the sense of each pulley and lays the belt. Returns its fault in words ("pulleys 0 and 1
+/// ..., expected ..."), or an empty string.
 std::string lay_round(Belt& belt, PulleyPoses bodies, const BeltSides& sides);
 
 }  // namespace pantin::detail

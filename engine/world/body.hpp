@@ -48,7 +48,7 @@ struct Body {
 
 namespace detail {
 
-/// Of the body's point that is at `at`, world.
+/// Velocity of the body's point that is at `at`, in world axes.
 inline Vec3 velocity_at(const Body& b, Vec3 at) {
   return b.velocity + glm::cross(b.angular_velocity, at - b.pose.position);
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// The places that a cable over guides runs along, where bodies are now.
+/// The points that a cable over guides passes, for the present poses.
 #include <algorithm>
 #include <vector>
 
@@ -8,7 +8,8 @@
 
 namespace pantin::detail {
 
-/// From a to b; `pose_of(body)` is a pose, or null where there is none: then the route is empty.
+/// The route from a to b; `pose_of(body)` is a pose, or null if the body is gone: the route is then
+/// empty.
 template <class PoseOf>
 std::vector<PathPoint> route_of(const Cable& cable, const PoseOf& pose_of) {
   std::vector<PathPoint> route;
@@ -28,8 +29,8 @@ std::vector<PathPoint> route_of(const Cable& cable, const PoseOf& pose_of) {
   return route;
 }
 
-/// How far a cable, over guides or without, is longer than at rest, m; 0 if it is slack or a body
-/// is gone.
+/// Elongation of a cable beyond its rest length, m, with or without guides; 0 if it is slack or a
+/// body is gone.
 template <class PoseOf>
 Real stretch_of(const Cable& cable, const PoseOf& pose_of) {
   if (cable.guides.empty()) {

@@ -12,7 +12,7 @@ namespace {
 
 enum More : int { kBall, kHinge, kKind, kActs };
 
-/// 1 minus the cosine: axes that are parallel.
+/// Axes count as parallel if 1 - cosine of their angle is below this.
 constexpr Real kParallel = 1e-9;
 
 bool is_dynamic(const World& world, Entity e) {
@@ -20,7 +20,7 @@ bool is_dynamic(const World& world, Entity e) {
   return body && body->motion == Motion::dynamic;
 }
 
-/// What the joints that tie a set of bodies together are.
+/// Which joints connect a set of bodies: all fixed, or all hinges with parallel axes.
 struct Family {
   bool all_fixed = true, all_parallel = true;
   Vec3 axis{0};

@@ -1,6 +1,6 @@
 #pragma once
-/// Joints that close loops. Solvers that grow trees of bodies hold of such a joint a point alone;
-/// trees are grown so that as little as possible is lost by that.
+/// Joints that close loops. Tree solvers enforce only the shared point of such a joint; the
+/// spanning tree is chosen so that as few constraints as possible are lost.
 #include <cstdint>
 #include <vector>
 
@@ -8,15 +8,15 @@
 
 namespace pantin::detail {
 
-/// How much a joint has besides its point: 0 of a free ball joint, more of a hinge, of other kinds,
-/// and most where a drive, a spring, friction or a motor acts, or limits bound it.
+/// Rank of what a joint has besides its shared point: 0 for a free ball joint, more for a hinge,
+/// more for other kinds, and most for one with a drive, a spring, friction, a motor or limits.
 int more_than_a_point(const World& world, std::uint32_t link);
 
-/// Slots of World::links, those with more first: the order in which trees take joints up.
+/// Slots of World::links by descending rank: the order in which joints are added to the trees.
 std::vector<std::uint32_t> growing_order(const World& world);
 
-/// Joints of dynamic bodies that close a loop, or hold a tree a second time, and would lose more
-/// than a free ball joint has. A loop of parallel hinges, and one of fixed joints, loses nothing.
+/// Joints of dynamic bodies that close a loop, or anchor a tree a second time, and would lose more
+/// than their point. A loop of parallel hinges, and one of fixed joints, loses nothing.
 std::vector<std::uint32_t> list_closing(const World& world);
 
 }  // namespace pantin::detail

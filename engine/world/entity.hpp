@@ -48,11 +48,11 @@ class Entities {
     return e.index < count_ && generation_of(e.index) == e.generation;
   }
   std::size_t alive() const { return alive_; }
-  /// Largest number of handles that existed at the same time.
+  /// The peak number of handles that were in use at once.
   std::size_t capacity() const { return count_; }
 
-  /// Lists the generations of all handles, as files hold them: otherwise those after the last that
-  /// was destroyed are left out, since they are 0.
+  /// Stores the generations of all handles, for saving. Otherwise those after the last destroyed
+  /// handle are left out, since they are 0.
   void write_out() { generations_.resize(count_, 0); }
 
   // Complete after write_out() only.
@@ -62,7 +62,7 @@ class Entities {
     field("count", derived(self.count_));
     field("alive", derived(self.alive_));
   }
-  /// Counts the living after reading what was written out; null, or what is wrong.
+  /// Counts the live handles after reading; returns null, or the fault.
   const char* restored() {
     if (free_.size() > generations_.size()) return "has more free places than places";
     std::vector<bool> seen(generations_.size(), false);
@@ -88,8 +88,8 @@ class Entities {
   std::size_t alive_ = 0;
 };
 
-/// For hash_fields: handles count by the place that they name, so that a new one in an old place is
-/// the same.
+/// For hash_fields: a handle counts by its index and whether it is alive, not by its generation. A
+/// new handle that reuses an index hashes alike.
 struct EntityRule {
   const Entities& entities;
   void operator()(Hash& hash, const Entity& e) const {

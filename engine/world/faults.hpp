@@ -1,6 +1,6 @@
 #pragma once
-/// What a World has that cannot be used as it stands, or that the solver chosen for it does not
-/// know.
+/// Faults of a World: objects that cannot be used as they are, or that the chosen solver does not
+/// support.
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -15,20 +15,20 @@ struct World;
 struct StructureFault {
   enum Kind : std::uint8_t {
     left_out,   // cannot be solved: the step is taken without it
-    unknown,    // its solver does not know it: the step is taken as if it were not there
+    unknown,    // its solver does not support it: the step ignores it
     impossible  // a number that no step can be computed with: its island does not move
   };
-  Entity link;         // what is concerned: a joint, a cable, a pin, a body ...
+  Entity link;         // the object: a joint, a cable, a pin, a body ...
   std::string reason;  // one clause
   Kind kind = left_out;
-  // Unknown, but of a thing that scenes are read with all the same: contacts, soft stops, springs
-  // that hold points.
+  // Of kind `unknown`, but such scenes are accepted: contacts, soft stops, springs that hold
+  // points.
   bool is_minor = false;
 };
 
-/// All that is wrong with a World as it stands, without a step: joints that cannot be used, motors,
-/// springs, friction, ratios, kinds of joints and the like under a solver that does not know them,
-/// impossible masses. StepReport::faults counts the same.
+/// Lists all faults of a World without taking a step: unusable joints, impossible masses, and
+/// motors, springs, friction, gears, joint kinds and the like under a solver that does not support
+/// them. StepReport::faults counts the same.
 std::vector<StructureFault> check(const World& world);
 
 namespace detail {
@@ -36,10 +36,10 @@ namespace detail {
 struct Joint;
 enum class Feature : std::uint8_t;  // solver_list.hpp
 
-/// The solver that steps what asks for `asked` and has the feature: "auto" leaves what it does not
-/// know to "lagrangian".
+/// The solver that steps a body with this feature that asks for `asked`: "auto" passes unsupported
+/// features to "lagrangian".
 Solver solver_for(Solver asked, Feature feature);
-/// The solvers that know it, in words: "\"lagrangian\"", "\"auto\" or \"lagrangian\"".
+/// The solvers that support it, in words: "\"lagrangian\"", "\"auto\" or \"lagrangian\"".
 const std::string& solvers_that_know(Feature feature);
 /// "a spring", "a motor", "a cable" ...
 const char* name_of(Feature feature);
@@ -49,7 +49,7 @@ Feature feature_of(const Belt& belt);
 struct SurfaceContact;
 Feature feature_of(const SurfaceContact& contact);
 
-/// What a joint has besides a shared point and hard limits; kinds included.
+/// The features of a joint besides a shared point and hard limits, its kind included.
 std::vector<Feature> features_of(const Joint& joint);
 
 }  // namespace detail

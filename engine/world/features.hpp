@@ -1,5 +1,5 @@
 #pragma once
-/// What a World holds that not every solver knows.
+/// Lists the features of a World that not every solver supports.
 #include <initializer_list>
 #include <span>
 #include <vector>
@@ -13,7 +13,7 @@ namespace pantin::detail {
 
 /// Calls visit(owner, bodies, feature, verb) for each joint, drive, cable, pin, joint of surfaces,
 /// belt and gear that has such a feature; "owner verb name_of(feature)" is a sentence. Contacts are
-/// not among them.
+/// not included.
 template <class Visit>
 void each_feature(const World& world, const Visit& visit) {
   std::vector<Entity> on;

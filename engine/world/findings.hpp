@@ -1,6 +1,6 @@
 #pragma once
-/// THE list of findings: what a step can do that makes its result doubtful. `Status` says that a
-/// run cannot go on; a finding, that it goes on with an error which is named, placed and measured.
+/// THE list of findings: events of a step that make its result doubtful. `Status` says that a run
+/// cannot go on. A finding says that it goes on with an error that is named, located and measured.
 #include <cstdint>
 #include <string_view>
 
@@ -36,11 +36,11 @@ struct FindingInfo {
   std::string_view name;     // in programs and JSON
   std::string_view unit;     // of the amount
   std::string_view meaning;  // one sentence, with the bound
-  std::string_view change;   // what to do about it, one sentence
+  std::string_view change;   // the remedy, one sentence
 };
 const FindingInfo& info_of(FindingKind kind);
 
-/// What was found at one body, joint or cable.
+/// A finding at one body, joint or cable.
 struct Finding {
   FindingKind kind = FindingKind::energy_gained;
   Entity where;             // none: the whole World

@@ -7,7 +7,7 @@
 namespace pantin::detail {
 namespace {
 
-// Of what is rounded in a file of six digits or turned by a few rotations, nothing is refused.
+// Accepts the rounding of files with six digits and of a few successive rotations.
 constexpr Real kAlong = 1e-6;
 
 bool is_along_z(Vec3 axis) { return std::hypot(axis.x, axis.y) < kAlong; }
@@ -17,16 +17,16 @@ Vec3 axis_of(const Joint& joint, const Pose& a) {
   return a.rotation * (joint.frames.a() * Vec3(1, 0, 0));
 }
 
-/// Whether a turn about z carries the joint's axes on a to those on b.
+/// Whether some rotation about z carries the joint's axes on a to those on b.
 bool keeps_z(const Joint& joint, const Pose& a, const Pose& b) {
   const Quat turn = b.rotation * joint.frames.b() * glm::conjugate(a.rotation * joint.frames.a());
   return std::hypot(turn.x, turn.y) < kAlong;
 }
 
-/// Times at which a path is looked at, s: those of its keys and between them, or many.
+/// Sample times of a path, s: its keys and between them, or many.
 std::vector<Real> times_of(const KinematicPath& path) {
   constexpr int kBetween = 4, kMany = 256;
-  constexpr Real kApart = 0.0371;  // s: in no simple ratio to usual frequencies
+  constexpr Real kApart = 0.0371;  // s: no simple ratio to common frequencies
   std::vector<Real> times;
   if (const Keyframes* k = std::get_if<Keyframes>(&path.curve)) {
     for (std::size_t i = 0; i + 1 < k->keys.size(); ++i)
@@ -39,7 +39,7 @@ std::vector<Real> times_of(const KinematicPath& path) {
   return times;
 }
 
-/// Of the joint's anchors: by so much they may leave the plane.
+/// How far the anchors of a joint may leave the plane, m.
 Real height_tolerance(const Joint& joint) {
   return 1e-4 * (1e-3 + glm::length(joint.anchor_a) + glm::length(joint.anchor_b));
 }
@@ -88,7 +88,7 @@ FlatJoint flat_kind(const Joint& joint, const Pose& a) {
       return FlatJoint::rod;
     case JointKind::spring:
       return FlatJoint::spring;
-    default:  // planar holds nothing in the plane; flat_fault refuses the others
+    default:  // planar has no constraint for it; flat_fault refuses other kinds
       return FlatJoint::none;
   }
 }
@@ -117,7 +117,7 @@ std::string flat_fault(const Joint& joint, const Pose& a, const Pose& b) {
     case JointKind::distance:
     case JointKind::spring:
       break;
-    default:  // a new kind too, until flat_kind says what it is in a plane
+    default:  // also a new kind, until flat_kind says what it is in a plane
       return "is of a kind that a plane does not have";
   }
   const bool is_line = joint.kind == JointKind::distance || joint.kind == JointKind::spring;
@@ -169,7 +169,7 @@ bool has_section(const Shape& shape, Quat rotation) {
     case ShapeKind::cylinder:
     case ShapeKind::cone:
       return is_level(axis) || is_along_z(axis);
-    default:  // a new kind too: a body with it is refused
+    default:  // also a new kind: a body with it is refused
       return false;
   }
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// What can be solved in the plane of x and y: bodies that keep their z and turn about z alone.
+/// What can be solved in the xy plane: bodies that keep their z and rotate about z alone.
 #include <string>
 
 #include "engine/geometry/shape.hpp"
@@ -18,9 +18,9 @@ namespace pantin::detail {
 /// Whether this build has the solver "planar".
 bool has_planar_solver();
 
-/// How a joint acts in the plane.
+/// The equivalent of a joint in the plane.
 enum class FlatJoint : std::uint8_t {
-  none,    // it leaves all motions free that a plane has
+  none,    // constrains no motion in the plane
   hinge,   // ball, hinge and cylindrical joint with its axis along z
   weld,    // fixed
   slider,  // prismatic or cylindrical joint with its axis in the plane
@@ -32,28 +32,28 @@ enum class FlatJoint : std::uint8_t {
 /// empty.
 std::string flat_fault(const Body& body);
 
-/// Why a joint cannot be held in the plane, or empty; of bodies as they stand.
+/// Why a joint cannot be enforced in the plane at the present poses, or empty.
 std::string flat_fault(const Joint& joint, const Pose& a, const Pose& b);
 
-/// Why a joint cannot be held in the plane by a body on a path, where it has its anchor; or empty.
+/// The same if one body follows a path, with the joint's anchor on it.
 std::string flat_fault(const Joint& joint, const KinematicPath& path, Vec3 anchor);
 
-/// Why curves that touch cannot do so in the plane, or empty.
+/// Why two curves in contact cannot be solved in the plane, or empty.
 std::string flat_fault(const SurfaceContact& contact, const Pose& a, const Pose& b);
 
-/// Of a joint without a fault.
+/// The equivalent of a joint that has no fault.
 FlatJoint flat_kind(const Joint& joint, const Pose& a);
 
-/// Why bodies under this gravity leave the plane, or empty.
+/// Why bodies leave the plane under this gravity, or empty.
 std::string flat_fault(Vec3 gravity);
 
-/// Whether a shape of a body that stands at `rotation` has a section at constant z that is made of
-/// discs and convex polygons.
+/// Whether a shape of a body at `rotation` has a section at constant z that consists of discs and
+/// convex polygons.
 bool has_section(const Shape& shape, Quat rotation);
 
-/// Why the island of a dynamic body cannot be moved in the plane, as a clause, or empty: of the
-/// World as it stands. What its joints tie to it counts, and the fixed shapes it may touch; what
-/// else may come to push it out of the plane does not.
+/// Why the island of a dynamic body cannot be moved in the plane, as a clause, or empty. Considers
+/// the present World: the bodies that joints connect and the fixed shapes that the island may
+/// touch, but no later disturbance.
 std::string plane_fault(const World& world, Entity body);
 
 }  // namespace pantin::detail

@@ -1,5 +1,5 @@
 #pragma once
-/// How many things may hold one body at places in the World.
+/// Upper bounds on the number of constraints that hold one body in the World.
 ///
 /// Internal (pantin::detail).
 #include <cstddef>
@@ -7,17 +7,17 @@
 
 namespace pantin::detail {
 
-/// So many of these, as messages call them.
+/// A bound, and the name of the constraints in messages.
 struct HoldBound {
   std::string_view what;
   std::size_t most;
 };
 
-/// Exact pins of a body under `lagrangian`. Three that do not lie in a line hold all of it; each
-/// further one is redundant, and the equations of those at one body are dense: time grows with the
-/// cube of their number (64: 0.3 s a step, 400: 35 s), memory likewise.
+/// Exact pins of a body under `lagrangian`. Three that are not collinear hold it completely; each
+/// further pin is redundant. The equations of pins on one body are dense: time grows with the cube
+/// of their number (64: 0.3 s a step, 400: 35 s), and so does memory.
 inline constexpr HoldBound kExactPins{"exact pins", 64};
-/// Likewise of joints to the World or to bodies that are not dynamic (128: 0.3 s a step).
+/// The same for joints to the World or to bodies that are not dynamic (128: 0.3 s a step).
 inline constexpr HoldBound kJointsToFixed{"joints to fixed bodies", 128};
 
 }  // namespace pantin::detail

@@ -30,7 +30,7 @@ struct IntegratorInfo {
   std::string_view name;
   int order;
   bool takes_tolerance = false;    // SolverSettings::step_tolerance
-  bool baumgarte_is_part = false;  // SolverSettings::baumgarte is part of the gap, not a rate
+  bool baumgarte_is_part = false;  // SolverSettings::baumgarte is a fraction of the gap, not a rate
 };
 
 #define PANTIN_INFO(word, ...) {.name = #word, __VA_ARGS__},
@@ -45,7 +45,7 @@ constexpr const IntegratorInfo& info_of(Integrator integrator) {
   return kIntegrators[static_cast<int>(integrator)];
 }
 
-/// "rk4 or radau": those that step within a tolerance.
+/// "rk4 or radau": the integrators with a step tolerance.
 inline std::string names_that_take_tolerance() {
   std::string names;
   for (const IntegratorInfo& info : kIntegrators)

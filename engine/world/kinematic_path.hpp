@@ -1,6 +1,6 @@
 #pragma once
-/// THE list of the kinds of paths of kinematic bodies. A new one is a file in engine/world/paths,
-/// included here, and a word in the list: steps, keys of scene files and pictures come from the
+/// THE list of the kinds of paths of kinematic bodies. A new kind is a file in engine/world/paths,
+/// included here, and a word in the list: steps, keys of scene files and pictures follow from the
 /// file.
 #include <variant>
 
@@ -43,16 +43,16 @@ KinematicPath shifted(const KinematicPath& path, Real ahead);
 
 namespace detail {
 
-/// The path of a body that starts at `start`, which fills in what is kLeftOpen.
+/// The path of a body that starts at `start`; replaces the values that are kLeftOpen.
 KinematicPath started(const KinematicPath& path, const Pose& start);
 
-/// A box that holds its positions, roughly.
+/// An approximate bounding box of its positions.
 PathBounds bounds_of(const KinematicPath& path);
 
-/// How many poses it stores.
+/// The number of poses it stores.
 std::size_t parts_of(const KinematicPath& path);
 
-/// From the first pose of a path that repeats to its last; nothing for others.
+/// The rigid motion from the first pose of a periodic path to its last; the identity for others.
 Pose seam_of(const KinematicPath& path);
 
 }  // namespace detail

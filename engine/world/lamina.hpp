@@ -1,6 +1,6 @@
 #pragma once
-/// Laminas: parts in the plane of x and y that fingers hold or push, moved by the solver
-/// "quasistatic". A lamina is a component of a dynamic body, its fingers are kinematic bodies.
+/// Laminas: planar parts in the xy plane that fingers hold or push, moved by the solver
+/// "quasistatic". A lamina is a component of a dynamic body; its fingers are kinematic bodies.
 ///
 /// Internal (pantin::detail). Call World::mark_dirty() after adding or changing one.
 #include <string>
@@ -18,7 +18,7 @@ struct World;
 
 namespace pantin::detail {
 
-/// Where the point of a finger is at a time.
+/// A key of a finger's path: where its contact point is at a time.
 struct FingerKey {
   Real time = 0;  // s
   Vec3 at{0};     // m, in the World
@@ -31,12 +31,13 @@ struct FingerKey {
 
 struct LaminaFinger {
   Entity body;                   // kinematic
-  Vec3 point{0};                 // that touches, in the mass-centre frame of its body, m
-  Vec3 normal{0, 1, 0};          // of a flat one, which is an edge across it: into the lamina, unit
-  bool flat = false;             // otherwise it is a point
-  Real roll = 0.5, slide = 0.5;  // Coulomb's coefficients where the contact sticks, where it slides
-  /// It moves straight and steadily from one to the next and rests before the first and after the
-  /// last. None: the caller moves the body, or a KinematicPath.
+  Vec3 point{0};                 // the contact point, m, in the mass-centre frame of its body
+  Vec3 normal{0, 1, 0};          // unit, into the lamina; a flat finger is an edge across it
+  bool flat = false;             // an edge contact; otherwise a point contact
+  Real roll = 0.5, slide = 0.5;  // Coulomb's coefficients: while the contact sticks, while it
+                                 // slides
+  /// The finger moves in straight lines at constant speed from key to key, and rests before the
+  /// first and after the last. Empty: the caller moves the body, or a KinematicPath.
   std::vector<FingerKey> path;
 
   static void fields(auto& self, auto&& field) {
@@ -59,24 +60,24 @@ struct Lamina {
     field("outline", self.outline);
     field("fingers", self.fingers);
   }
-  /// Null, or what no step can use, for a saved World.
+  /// Checks a saved lamina; returns null, or the fault.
   const char* restored() const;
 };
 
 Store<Lamina>& laminas_of(World& world);
 const Store<Lamina>* laminas_of(const World& world);
 
-/// Why no step can be computed with a body as a lamina, as a clause, or empty.
+/// Why a body cannot be stepped as a lamina, as a clause, or empty.
 std::string lamina_fault(const World& world, Entity body);
 
-/// Where the point of a finger with a path is at `time` (s), and its velocity from then on.
+/// The contact point of a finger with a path at `time` (s), and its velocity from then on.
 struct FingerMotion {
   Vec3 at{0}, velocity{0};
   Real until = 0;  // s: when the velocity changes next; infinite: never
 };
 FingerMotion motion_of(const std::vector<FingerKey>& path, Real time);
 
-/// Moves the bodies of fingers that have paths to where they are at `until` (s), `h` later.
+/// Moves the bodies of fingers with paths to their poses at `until` (s), the end of a step of `h`.
 void move_fingers(World& world, Real until, Real h);
 
 }  // namespace pantin::detail

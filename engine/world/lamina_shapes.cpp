@@ -7,7 +7,7 @@
 namespace pantin::detail {
 namespace {
 
-// Sizes beside the outline's extent: radius of a finger, thickness of all, length of a flat finger.
+// Sizes relative to the outline's extent: finger radius, common thickness, length of a flat finger.
 constexpr Real kFinger = 0.02, kThick = 0.04, kFlat = 3;
 
 }  // namespace

@@ -1,6 +1,6 @@
 #pragma once
-/// What laminas and their fingers are as bodies: plates of even thickness, balls and bars. Corners
-/// are in the plane of x and y.
+/// The bodies of laminas and their fingers: plates of constant thickness, balls and bars. Corners
+/// are in the xy plane.
 #include <span>
 #include <vector>
 
@@ -9,30 +9,30 @@
 
 namespace pantin::detail {
 
-/// About the mass centre of a plate, whose outline is given about it, counter-clockwise: principal
-/// moments, kg m^2.
+/// Principal moments of a plate about its mass centre, kg m^2; the outline is given about that
+/// centre, counter-clockwise.
 Vec3 plate_inertia(std::span<const Vec3> outline, Real mass);
 
-/// A lamina or a finger, as it is drawn.
+/// The appearance of a lamina or a finger.
 struct LaminaLook {
   Real extent = 1;  // m, of the outline
   std::uint32_t material = 0;
 };
-/// Of the convex pieces of an outline, each given about the mass centre.
+/// The shapes of the convex pieces of an outline, each given about the mass centre.
 std::vector<Shape> plate_shapes(const std::vector<std::vector<Vec3>>& pieces,
                                 const LaminaLook& look);
 
-/// The end of a finger: what touches, into the lamina.
+/// The tip of a finger, which touches the lamina; its normal points into the lamina.
 struct FingerTip {
   Vec3 normal{0, 1, 0};  // unit
   bool flat = false;
 };
 Shape finger_shape(const FingerTip& tip, const LaminaLook& look);
-/// From the centre of its body to the point that touches, m.
+/// The vector from the centre of its body to the contact point, m.
 Vec3 finger_arm(const FingerTip& tip, const LaminaLook& look);
 
-/// Laminas and fingers collide with nothing but the solver's contacts. Friction of a pair is the
-/// root of the product: it is the finger's, and that of sliding.
+/// Laminas and fingers have only the contacts of their solver. The friction of a pair is the
+/// geometric mean, which yields the finger's sliding friction.
 Collision lamina_collision();
 Collision finger_collision(Real slide);
 

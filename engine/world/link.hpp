@@ -1,6 +1,6 @@
 #pragma once
-/// Connections between bodies: links, cables, gears and pins. Links, cables and gears are what the
-/// descriptions of <pantin/joints.hpp> come down to.
+/// Connections between bodies: links, cables, gears and pins. The descriptions of
+/// <pantin/joints.hpp> are converted to links, cables and gears.
 #include <vector>
 
 #include "engine/base/fields.hpp"
@@ -26,14 +26,14 @@ struct Link {
   }
 };
 
-/// A place that a cable is led over, without friction: a ring, or the groove of a pulley.
+/// A guide of a frictionless cable: a ring, or the groove of a pulley.
 struct CableGuide {
   Entity body;
   Vec3 anchor{0};  // in the body's mass-centre frame
   Vec3 axis{0, 0,
             1};     // likewise, of unit length; from a to b the cable runs round it anticlockwise
   Real radius = 0;  // m, of the pulley; 0: a ring
-  // Angle of wrap after the last step, rad, whole turns counted; at first it is within half a turn.
+  // Angle of wrap after the last step, rad, whole turns counted; the first is within half a turn.
   Real wrap = kFirstWrap;
 
   static void fields(auto& self, auto&& field) {
@@ -45,7 +45,7 @@ struct CableGuide {
   }
 };
 
-/// Two bodies and a cable, led over guides from a to b.
+/// Two bodies and a cable from a to b over guides.
 struct Cable {
   Entity a, b;
   CableParameters joint;
@@ -65,8 +65,8 @@ struct Cable {
 ///
 ///   coordinate of second = ratio * coordinate of first + offset
 ///
-/// Only the Lagrangian solver supports it. Whole revolutions are counted from the initial pose;
-/// where `offset` is not set it follows from that pose.
+/// Only the Lagrangian solver supports it. Whole turns are counted from the initial pose; an
+/// `offset` that is not set follows from that pose.
 struct Gear {
   Entity first, second;         // links with a hinge, prismatic joint or screw
   bool first_travels = false;   // the travel along x (m) of `first`, not its angle (rad)
@@ -100,13 +100,13 @@ struct Pin {
   Vec3 anchor{0};    // in the body's mass-centre frame
   Vec3 target{0};    // world, m; where `to` names a body: in its mass-centre frame
   Entity to{};       // the other body, or none
-  int priority = 0;  // of several exact pins the one of highest priority is met exactly
+  int priority = 0;  // among exact pins that conflict, the highest priority is met exactly
   PinKind kind = PinKind::exact;
   Real stiffness = 200;  // N/m, of a spring
   Real damping = 0;      // N s/m, likewise, of the point's velocity relative to its target
   // Results of the last step:
   Real residual = 0;    // m, distance of the point from its target
-  bool missed = false;  // exact: that is more than the solver's tolerance
+  bool missed = false;  // exact pins: `residual` exceeds the solver's tolerance
   bool reachable =
       true;  // false: the links between this pin and one of higher priority are too short
 

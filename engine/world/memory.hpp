@@ -14,7 +14,7 @@
 
 namespace pantin::detail {
 
-/// Scratch memory whose content does not survive a step; a copy starts empty.
+/// Scratch memory that does not persist between steps; a copy starts empty.
 template <class T>
 struct Scratch : T {
   Scratch() = default;
@@ -27,8 +27,8 @@ struct Scratch : T {
   Scratch& operator=(Scratch&&) = default;
 };
 
-/// One value for each type that is asked for, copied, hashed and saved together. A type lists its
-/// fields: see base/fields.hpp. In files it goes by `T::name`, or what the compiler calls it.
+/// One value of each requested type; all are copied, hashed and saved together. A type lists its
+/// fields: see base/fields.hpp. In files its key is `T::name`, or the compiler's name of the type.
 class Memories {
  public:
   Memories() = default;
@@ -60,7 +60,7 @@ class Memories {
     for (const auto& one : values_) one->add_to(hash, rule);
   }
 
-  /// Writes what the step needs of each value, by name.
+  /// Writes the part of each value that the step needs, with its name.
   void write(FieldWriter& to) const {
     for (const auto& one : values_) {
       FieldWriter own;
@@ -70,7 +70,7 @@ class Memories {
     }
     to.write(std::string());
   }
-  /// Reads into the values that are there, compiled for the same structure; null, or what is wrong.
+  /// Reads into existing values, compiled for the same structure; returns null, or the fault.
   const char* read(FieldReader& from) {
     for (std::string name, bytes; from.ok();) {
       std::uint64_t fingerprint = 0;
@@ -143,8 +143,8 @@ class Memories {
   std::vector<std::unique_ptr<Any>> values_;
 };
 
-// Not within the class, where they would count as inline: with them all that copies, hashes and
-// saves a T is compiled. A large T says `extern` of them beside itself and has them compiled in one
+// Defined outside the class so that they are not inline; otherwise all code that copies, hashes and
+// saves T is compiled in each unit. A large T declares them `extern` and instantiates them in one
 // unit.
 template <class T>
 T& Memories::create() {

@@ -11,7 +11,7 @@ bool is_dynamic(const World& world, std::uint32_t slot) {
   return slot != kNoSlot && world.bodies.values()[slot].motion == Motion::dynamic;
 }
 
-/// What joints, surfaces, gears, belts, cables and pins tie together.
+/// Merges the bodies that joints, surfaces, gears, belts, cables and pins connect.
 void join_tied(const World& world, DisjointSets& sets) {
   std::uint32_t last = kNoSlot;
   const auto join = [&](Entity body) {
@@ -41,7 +41,7 @@ void join_tied(const World& world, DisjointSets& sets) {
   for (const Pin& pin : world.pins.values()) join_all({pin.body, pin.to});
 }
 
-/// The sets among the dynamic bodies, by their lowest slot.
+/// The sets that contain dynamic bodies, ordered by their lowest slot.
 std::vector<IslandPlan> list_sets(const World& world, DisjointSets& sets) {
   std::vector<IslandPlan> made;
   std::vector<std::uint32_t> at(world.bodies.size(), kNoSlot);
@@ -63,7 +63,7 @@ std::vector<IslandPlan> list_sets(const World& world, DisjointSets& sets) {
   return made;
 }
 
-/// What "auto" does not know, by slot of the first body that has it.
+/// The entities that "auto" does not support, by the slot of the first dynamic body of each.
 std::vector<Entity> list_beyond(const World& world) {
   std::vector<Entity> beyond(world.bodies.size());
   each_feature(world, [&](Entity owner, std::span<const Entity> bodies, Feature what, const char*) {

@@ -19,23 +19,24 @@ struct World;
 
 namespace pantin::detail {
 
-/// The solver that owns a body, with island and column.
+/// The owner of a body: solver, island and column.
 struct Owner {
   static constexpr std::uint32_t kNone = UINT32_MAX;
   std::uint8_t solver = 0;       // row of kSolvers
   bool feels_contacts = false;   // its solver resolves contacts of this body
   std::uint32_t island = kNone;  // of that solver; none: no solver owns the body
-  std::uint32_t column = kNone;  // in the island; known where anything is solid
+  std::uint32_t column = kNone;  // in the island; known only if some body collides
   explicit operator bool() const { return island != kNone; }
 };
 
-/// One island as handed to its solver for compilation.
+/// An island as passed to its solver for compilation.
 struct IslandPlan {
   std::uint8_t solver = 0;
-  SolverSettings settings;           // of its first body with settings
+  SolverSettings settings;           // those of its first body with settings
   std::vector<std::uint32_t> slots;  // in World::bodies, ascending
   Entity unfit;                      // a body that no step can be computed with, or none
-  Entity beyond;                     // what "auto" does not know and left to `settings.solver`
+  Entity beyond;                     // the entity that "auto" does not support, passed to
+                                     // `settings.solver`
 };
 
 /// Owners of all bodies. Derived from the components; rebuilt when World::structure() changes.
@@ -45,21 +46,22 @@ struct Partition {
     std::uint8_t solver = 0;
     bool feels_contacts = false;
     std::uint32_t island = 0;  // of that solver
-    bool unfit = false;        // holds a body that no step can be computed with
+    bool unfit = false;        // contains a body that no step can be computed with
     Entity beyond;             // see IslandPlan
   };
   std::vector<Place> islands;            // of all solvers
-  std::vector<std::uint32_t> island;     // by slot in World::bodies: in `islands`, or Owner::kNone
-  std::vector<std::uint32_t> column;     // by slot; empty where nothing is solid
+  std::vector<std::uint32_t> island;     // by slot in World::bodies: index into `islands`, or
+                                         // Owner::kNone
+  std::vector<std::uint32_t> column;     // by slot; empty if no body collides
   std::vector<std::uint32_t> kinematic;  // slots of bodies that no solver owns
-  /// Slots of bodies that solvers move and that do not sleep, ascending. What wakes within a step
-  /// joins them, what falls asleep leaves them before the next.
+  /// Slots of the moving bodies that are awake, ascending. Bodies that wake within a step are added
+  /// to it; bodies that fall asleep are removed before the next step.
   std::vector<std::uint32_t> awake;
   std::uint64_t rest_version = 1;  // changes when an island falls asleep or wakes
-  std::uint64_t awake_for = 0;     // rest_version when `awake` was listed
+  std::uint64_t awake_for = 0;     // the rest_version for which `awake` was listed
   std::vector<StructureFault> faults;
   std::uint64_t built_for = 0;   // World::structure() at the last build; 0: never
-  std::uint64_t edit_count = 0;  // World::edit_count then
+  std::uint64_t edit_count = 0;  // World::edit_count at that build
 
   void set_column(std::uint32_t slot, std::uint32_t to) {
     if (!column.empty()) column[slot] = to;
@@ -79,9 +81,9 @@ struct Partition {
   }
 };
 
-/// Finds all islands: what joints, surfaces, gears, belts, cables and pins tie together. The solver
-/// of an island is that of its first body with settings; "auto" leaves islands with what it does
-/// not know to "lagrangian". Islands are ordered by their lowest slot.
+/// Finds all islands: bodies that joints, surfaces, gears, belts, cables and pins connect. The
+/// solver of an island is that of its first body with settings; "auto" passes islands that it does
+/// not support to "lagrangian". Islands are ordered by their lowest slot.
 std::vector<IslandPlan> find_islands(const World& world);
 
 /// The partition of the last step.
@@ -99,7 +101,7 @@ inline Owner owner_of(const Partition& partition, std::uint32_t slot) {
 
 }  // namespace pantin::detail
 
-// What copies, hashes and saves them is compiled once, in partition.cpp.
+// Copying, hashing and saving are compiled once, in partition.cpp.
 namespace pantin::detail {
 extern template Partition& Memories::create();
 extern template const Partition& Memories::none();

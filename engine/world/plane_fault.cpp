@@ -1,4 +1,4 @@
-// Whether what a World holds stays in a plane.
+// Whether the motion of an island stays in a plane.
 #include <algorithm>
 
 #include "engine/joints/kinds.hpp"
@@ -12,9 +12,9 @@
 namespace pantin::detail {
 namespace {
 
-constexpr Real kAside = 1e-9;  // of a push: what is rounding
+constexpr Real kAside = 1e-9;  // tolerance for a push out of the plane: rounding
 
-/// The bodies of an island, by slot.
+/// An island in the plane: its bodies, by slot.
 struct Flat {
   const World& world;
   std::vector<bool> own;
@@ -29,7 +29,7 @@ struct Flat {
   }
 };
 
-/// Of the body alone: its motion, its pushes, its shapes.
+/// The fault of the body alone: its motion, its pushes, its shapes.
 std::string body_fault(const World& world, std::uint32_t slot) {
   const Entity e = world.bodies.owners()[slot];
   const Body& body = world.bodies.values()[slot];
@@ -70,7 +70,7 @@ std::string link_fault(const Flat& flat, std::uint32_t slot) {
   return {};
 }
 
-/// Of what else ties bodies.
+/// The fault of ties other than joints.
 std::string tie_fault(const Flat& flat) {
   const World& w = flat.world;
   for (const Cable& c : w.cables.values()) {
@@ -92,7 +92,7 @@ std::string tie_fault(const Flat& flat) {
   return {};
 }
 
-/// A fixed or kinematic solid that an island may touch, and that has no section.
+/// Whether a fixed or kinematic collider that the island may touch has no planar section.
 bool meets_what_has_none(const Flat& flat) {
   const World& w = flat.world;
   for (std::size_t i = 0; i < w.collisions.size(); ++i) {

@@ -14,7 +14,7 @@ namespace pantin {
 
 using namespace detail;
 
-/// The shapes that a Queries asks, and the tree of their boxes.
+/// The shapes that queries test, and their bounding-volume tree.
 struct detail::QueryIndex {
   /// One shape, placed.
   struct Item {
@@ -27,8 +27,8 @@ struct detail::QueryIndex {
   };
 
   std::vector<Item> items;
-  std::vector<std::uint32_t> unbounded;  // items that boxes do not hold
-  std::vector<std::uint32_t> bounded;    // items by box
+  std::vector<std::uint32_t> unbounded;  // items without a bounding box
+  std::vector<std::uint32_t> bounded;    // items by bounding box
   std::vector<Aabb> boxes;
   AabbTree tree;
   std::size_t left_out = 0;
@@ -58,7 +58,8 @@ std::optional<RayEntry> enter(const Shape& shape, const Pose& at, const Ray& ray
   return entry;
 }
 
-/// Calls `found(hit)` for entries within the limit; it returns the limit from then on, a fraction.
+/// Calls `found(hit)` for entries within the limit; it returns the new limit, a fraction of the
+/// ray.
 template <class Found>
 void visit_ray(const QueryIndex& index, const Ray& ray, const QueryFilter& filter, Found&& found) {
   const Real length = glm::length(ray.way);
@@ -70,7 +71,7 @@ void visit_ray(const QueryIndex& index, const Ray& ray, const QueryFilter& filte
     if (!entry) return limit;
     const Real fraction = length > 0 ? glm::min(entry->distance / length, Real(1)) : 0;
     const Vec3 point = ray.origin + entry->distance * unit;
-    // A little farther, so that rounding does not hide what is as near.
+    // The limit is slightly enlarged so that rounding does not drop equally near hits.
     const Real so_far = found(RayHit{item.body, item.index, point, entry->normal, fraction});
     return glm::min(limit, length * so_far * (1 + 1e-12));
   };
@@ -86,7 +87,7 @@ auto order(const RayHit& h) { return std::tie(h.fraction, h.body.index, h.shape)
 
 Queries::Queries() : index_(std::make_unique<QueryIndex>()) {}
 Queries::Queries(const Queries& other) : index_(std::make_unique<QueryIndex>(*other.index_)) {}
-// What was moved from asks nothing, and can be asked.
+// The moved-from object is empty but valid.
 Queries::Queries(Queries&& other) noexcept : Queries() { std::swap(index_, other.index_); }
 Queries& Queries::operator=(const Queries& other) {
   *index_ = *other.index_;
@@ -161,7 +162,7 @@ RayAnswer Queries::cast_shape(const Shape& shape, const Pose& from, Vec3 way,
     return {{}, QueryStatus::not_finite};
   if (!is_convex(shape) || !is_usable(shape)) return {{}, QueryStatus::bad_shape};
   const Pose at = compose(from, shape.local);
-  constexpr Real kShortest = 1e-150;  // m: the square of a shorter one is none
+  constexpr Real kShortest = 1e-150;  // m: the square of a shorter length underflows
   const Vec3 unit = length > kShortest ? way / length : Vec3(0, 1, 0);
   RayAnswer answer;
   const auto look = [&](std::uint32_t number) {

@@ -1,14 +1,14 @@
 #pragma once
-/// Questions to the shapes in a World: rays, sliding shapes, overlaps, nearest points. Meshes and
-/// height fields are met from outside; all that lies below a field is inside of it.
+/// Geometric queries of a World: ray casts, shape casts, overlaps, closest points. Rays hit meshes
+/// and height fields from outside only; everything below a height field is inside it.
 ///
 ///   Queries queries(world);
 ///   if (const RayAnswer seen = queries.cast_ray({eye, 50.0 * forward})) use(seen.hit->point);
 ///   ... the world moves ...
 ///   queries.refit(world);
 ///
-/// The object holds a copy of all that it reads, so it never refers to a World that has changed;
-/// the answers are those of the last refit(). Components are all that it reads.
+/// The object copies all it reads, so it never refers to a World that has changed; results are
+/// those of the last refit(). It reads components only.
 #include <memory>
 #include <optional>
 #include <span>
@@ -24,35 +24,35 @@ namespace detail {
 struct QueryIndex;
 }
 
-/// Which bodies take part.
+/// Which bodies a query tests.
 enum class QueryBodies : std::uint8_t {
   solid,  // those with a Collision that is no sensor
-  all,    // whatever has shapes; a body without a Collision is in all groups
+  all,    // all bodies with shapes; one without a Collision is in all groups
 };
 
-/// What a query sees. As with two bodies, both sides have to agree.
+/// The filter of a query. As between two bodies, the groups must match both ways.
 struct QueryFilter {
-  std::uint32_t groups = UINT32_MAX;  // bits: what the query is, for a body's `with`
+  std::uint32_t groups = UINT32_MAX;  // bits: groups of the query, tested against a body's `with`
   std::uint32_t with = UINT32_MAX;    // bits: the groups it sees
   QueryBodies bodies = QueryBodies::solid;
-  Entity except{};  // a body that is passed over
+  Entity except{};  // a body to skip
 };
 
 /// Why an answer is empty.
 enum class QueryStatus : std::uint8_t {
-  ok,          // nothing there, or the answer is in place
-  not_finite,  // a number of the question is not finite, or a distance is below 0
+  ok,          // the query was valid; the result may be empty
+  not_finite,  // a number of the query is not finite, or a distance is below 0
   bad_shape,   // the shape is not convex, or lacks its surface
 };
 
-/// What a ray does with a solid that it starts in.
+/// How a ray treats a solid that it starts in.
 enum class StartInside : std::uint8_t {
-  hit,   // is met at once: fraction 0, the ray's origin, the normal of the nearest surface
-  pass,  // is not seen, except where the ray comes back into it
+  hit,   // hit at once: fraction 0, the ray's origin, the normal of the nearest surface
+  pass,  // skipped, unless the ray enters it again
 };
 
-/// A piece of a line from `origin` to `origin + way`. Of length 0 it is a point, which meets what
-/// it is inside of.
+/// The segment from `origin` to `origin + way`. If its length is 0 it is a point, which hits the
+/// shapes that contain it.
 struct Ray {
   Vec3 origin{0}, way{0, 0, -1};  // m
   StartInside start_inside = StartInside::hit;
@@ -63,7 +63,7 @@ struct RayHit {
   std::uint32_t shape = 0;  // in the body's Shapes
   Vec3 point{0};            // world
   Vec3 normal{0, 1, 0};     // unit, out of the shape
-  Real fraction = 0;        // of the way, 0..1
+  Real fraction = 0;        // of the ray's length, 0..1
 };
 
 struct RayAnswer {
@@ -72,13 +72,13 @@ struct RayAnswer {
   explicit operator bool() const { return hit.has_value(); }
 };
 
-/// A shape that overlaps the one asked for.
+/// A shape that overlaps the query shape.
 struct Overlap {
   Entity body;
   std::uint32_t shape = 0;
-  Real depth = 0;        // m: how far the asked shape has to move along `normal` to be free of it
+  Real depth = 0;        // m: how far the query shape must move along `normal` to separate
   Vec3 normal{0, 1, 0};  // unit, out of the body's shape
-  Vec3 point{0};         // world, of the body's shape, where the overlap is deepest
+  Vec3 point{0};         // world, on the body's shape, where the overlap is deepest
 };
 
 struct ClosestPoint {
@@ -86,7 +86,7 @@ struct ClosestPoint {
   std::uint32_t shape = 0;
   Vec3 point{0};         // world, on the surface
   Vec3 normal{0, 1, 0};  // unit, out of the shape
-  Real distance = 0;     // m, below 0: the place is inside
+  Real distance = 0;     // m; below 0: the query point is inside
 };
 
 struct ClosestAnswer {
@@ -95,10 +95,10 @@ struct ClosestAnswer {
   explicit operator bool() const { return hit.has_value(); }
 };
 
-/// Costs: making one sorts the boxes of n shapes, n log n, about 0.3 us a shape; refit() is linear
-/// as long as bodies do not wander far and none comes or goes. A question visits log n boxes and
-/// the shapes near its way; half-spaces and height fields are always asked. Questions allocate only
-/// where they return lists, or involve a hull, a shape cast or an overlap test.
+/// Cost: construction sorts the boxes of n shapes, O(n log n), about 0.3 us a shape. refit() is
+/// O(n) as long as bodies do not move far and none is added or removed. A query visits O(log n)
+/// boxes and the shapes near it; half-spaces and height fields are always tested. Queries allocate
+/// only if they return lists, or involve a hull, a shape cast or an overlap test.
 class Queries {
  public:
   Queries();
@@ -109,28 +109,27 @@ class Queries {
   Queries& operator=(Queries&& other) noexcept;
   ~Queries();
 
-  /// Takes the shapes as they are now; with `poses` (by slot in World::bodies) as they are drawn.
-  /// Bodies with poses that are not finite, and shapes without a surface, are left out.
+  /// Updates to the present shapes; with `poses` (by slot in World::bodies) to the drawn poses.
+  /// Bodies with non-finite poses, and shapes without a surface, are left out.
   void refit(const World& world, std::span<const Pose> poses = {});
-  /// Shapes left out at the last refit().
+  /// The number of shapes left out at the last refit().
   std::size_t left_out() const;
 
-  /// The nearest place where the ray enters a shape; of equally near ones the body with the lowest
-  /// index, and its first shape.
+  /// The nearest hit of the ray. Ties go to the body with the lowest index, and to its first shape.
   RayAnswer cast_ray(const Ray& ray, const QueryFilter& filter = {}) const;
-  /// The first entry into every shape on the way, nearest first.
+  /// The first hit on each shape along the ray, nearest first.
   QueryStatus cast_ray_through(const Ray& ray, const QueryFilter& filter,
                                std::vector<RayHit>& out) const;
-  /// The first contact of a convex shape that slides along `way` without turning; `point` is of the
-  /// shape that it meets. `Shape::local` counts.
+  /// The first hit of a convex shape that moves along `way` without rotating; `point` is on the
+  /// shape that it hits. `Shape::local` is applied.
   RayAnswer cast_shape(const Shape& shape, const Pose& from, Vec3 way,
                        const QueryFilter& filter = {}) const;
-  /// All shapes that overlap a convex shape at `at`, in the order of the World. `Shape::local`
-  /// counts; contact without depth is an overlap.
+  /// All shapes that overlap a convex shape at `at`, in the order of the World. `Shape::local` is
+  /// applied; touching without depth is an overlap.
   QueryStatus overlap(const Shape& shape, const Pose& at, const QueryFilter& filter,
                       std::vector<Overlap>& out) const;
-  /// The point of all surfaces nearest to `place`, if nearer than `within` (m), or if `place` is
-  /// inside: then the one it is deepest in.
+  /// The surface point nearest to `place` within `within` (m). If `place` is inside a shape: the
+  /// point of the shape in which it is deepest.
   ClosestAnswer closest_point(Vec3 place, Real within, const QueryFilter& filter = {}) const;
 
  private:

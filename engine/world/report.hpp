@@ -15,15 +15,16 @@ enum class Status : std::uint8_t {
                   // or has run up on a pulley; see StepReport::worst_residual_at
   bad_clock,      // World::time is not finite, or the step is too short or too long to compute with
                   // (see kShortestStep): what was left of it was not taken
-  contact_lost,   // surfaces that touch came to where they cannot: see StepReport::contact_fault
-  energy_grew,    // a solver that does not keep the energy made it grow severalfold; see README
-  aborted         // memory ran out within the step: bodies are where it had put them, and the next
-                  // step starts from there
+  contact_lost,   // surfaces in contact reached an invalid place: see StepReport::contact_fault
+  energy_grew,    // the energy grew severalfold under a solver that does not conserve it; see
+                  // README
+  aborted         // memory ran out within the step: bodies stay where it had moved them, and the
+                  // next step starts from there
 };
 
 /// Measures of one state, SI units.
 struct Measures {
-  // Over all joints, those to anchors and those that close loops included. Residuals of pins and
+  // Over all joints, including those to anchors and those that close loops. Residuals of pins and
   // cables are in StepReport::worst_residual.
   Real worst_gap = 0;               // m
   Real worst_gap_rel = 0;           // relative to the island's size
@@ -38,7 +39,7 @@ struct Measures {
 
 struct StepReport {
   Status status = Status::ok;
-  Entity body;        // where a divergence, or energy that grew, was seen
+  Entity body;        // where the divergence, or the growth of energy, was detected
   Real residual = 0;  // worst joint gap at that time, m
   std::uint64_t tick = 0;
   Real time = 0;             // s, after the step
@@ -55,7 +56,7 @@ struct StepReport {
   int drives_capped = 0;     // joint drives limited by max_torque
   int asleep = 0;            // islands asleep
   // Lagrangian solver:
-  int rows = 0, rank = 0;          // of the constraint equations; a lower rank means redundant rows
+  int rows = 0, rank = 0;          // of the constraint equations; rank < rows: redundant rows
   Real worst_constraint = 0;       // m or rad, residual after the step
   int substeps = 0;                // most substeps of the integrator in this step
   int events = 0;                  // limits reached
@@ -63,20 +64,22 @@ struct StepReport {
   Entity rescued_at;               // a body of the first
   const char* contact_fault = "";  // of Status::contact_lost: ContactLeftPatch, SurfaceSingular,
                                    // ContactDegenerate, lost
-  Entity contact;                  // the joint that it is of; `body` is its body a
-  int released = 0;                // joints of surfaces that let go in this step
+  Entity contact;                  // the joint in question; `body` is its body a
+  int released = 0;                // joints of surfaces that released in this step
   int unsolved = 0;    // groups of islands whose contacts were not solved to the tolerance
   Entity unsolved_at;  // a body of the first
   // Quasi-static solver:
   int mode_switches = 0;  // changes of contact modes in this step
-  int handed_over = 0;    // laminas that dynamics moved in this step: quasi-statics had no answer
-  Entity lamina;          // the first that went over to dynamics in this step, or came back
+  int handed_over = 0;    // laminas that dynamics moved in this step: the quasi-static problem had
+                          // no solution
+  Entity lamina;          // the first that switched to dynamics in this step, or back
   const char* changed = "";  // why it went, in a clause; "" if it came back
-  // What the structure has that cannot be used or that its solver does not know: see check(World).
+  // Parts of the structure that cannot be used or that their solver does not support: see
+  // check(World).
   int faults = 0;
-  Entity fault;  // of the first
+  Entity fault;  // the first of these entities
   // With StepSettings::watch: see Simulation::findings().
-  int findings = 0;  // made in this step for the first time
+  int findings = 0;  // that were first made in this step
   bool measured = false;
   Measures measures;  // only on request
 };

@@ -1,12 +1,12 @@
 #pragma once
-/// What a program asks of the steps to come: blows, and pairs of bodies that ignore each other.
+/// Requests of a program to the next steps: impulses, and pairs of bodies that ignore each other.
 #include <string_view>
 
 #include "engine/world/world.hpp"
 
 namespace pantin::detail {
 
-/// On its owner, a dynamic body, within the next substep.
+/// An impulse on its owner, a dynamic body, within the next substep.
 struct Impulse {
   static constexpr std::string_view name = "impulse";  // in saved Worlds
   Vec3 linear{0};                                      // N s, world axes
@@ -18,7 +18,7 @@ struct Impulse {
   }
 };
 
-/// Two bodies that do not collide before a time. An entity of its own.
+/// Two bodies that do not collide until a given time. It is an entity of its own.
 struct IgnoredPair {
   static constexpr std::string_view name = "ignored pair";  // in saved Worlds
   Entity a, b;

@@ -10,7 +10,7 @@ using namespace detail;
 
 namespace {
 
-// The bounds of the scene keys: a larger count is as good as endless.
+// The bounds of the scene keys. Larger counts would hardly be distinguishable from infinite ones.
 constexpr int kMostSweeps = 10'000;
 
 }  // namespace

@@ -9,13 +9,13 @@
 namespace pantin {
 
 enum class Solver : std::uint8_t {
-  articulated,  // energy and momentum kept in free motion, impulses in substeps where bodies touch
+  articulated,  // conserves energy and momentum in free motion; substepped impulses in contact
   sweep,        // least displacement from root to leaf: kinematic posing
   shake2,       // two Newton steps in start-of-step directions, then a closing sweep
   procedural,   // rotation rule as printed in [Lee 2000], for comparison in charts
   lagrangian,   // Newton's and Euler's equations with multipliers: exact joints of every kind
   planar,       // bodies that stay in the plane of x and y, by Box2D; joints closed exactly
-  quasistatic,  // laminas that fingers move so slowly that inertia does not count
+  quasistatic,  // laminas that fingers move so slowly that inertia is negligible
 };
 constexpr Solver last_of(Solver) { return Solver::quasistatic; }
 
@@ -27,7 +27,7 @@ enum class Stabilisation : std::uint8_t {
 };
 constexpr Stabilisation last_of(Stabilisation) { return Stabilisation::none; }
 
-/// The length^2 that the literal rule takes for its `h` [Lee 2000, sec. 3.2].
+/// The length^2 that the rule of the paper takes for its `h` [Lee 2000, sec. 3.2].
 enum class ProceduralReluctance : std::uint8_t {
   inertia_over_mass,  // I / m
   literal_step,       // I dt^2 / (2 m), as printed
@@ -40,8 +40,8 @@ struct SolverSettings {
   Solver solver = Solver::articulated;
   Real rotation_stiffness = 1;  // beta of the least displacement: 0 rotates, large values translate
   int sweeps = 16;              // most relaxation sweeps
-  // An island at rest on fixed bodies that moves no faster than this for half a second falls
-  // asleep, m/s; 0: never. What else rests among jointed bodies: has_rested() of `articulated`.
+  // An island at rest on fixed bodies sleeps once it has been slower than this for half a second,
+  // m/s; 0: never. For the other conditions on jointed bodies see has_rested() of `articulated`.
   Real sleep_speed = 2e-3;
   Real tolerance = 1e-4;   // residual of a pin, as a fraction of the island's size
   Real stall_drop = 1e-3;  // least relative improvement per sweep
@@ -50,7 +50,8 @@ struct SolverSettings {
   // Lagrangian solver:
   Integrator integrator = Integrator::rk4;
   Stabilisation stabilisation = Stabilisation::projection;
-  Real baumgarte = 0;  // euler: part of the gap closed in a step (0: 0.2); else rate, 1/s (0: 5)
+  Real baumgarte = 0;  // euler: fraction of the gap closed in a step (0: 0.2); others: rate, 1/s
+                       // (0: 5)
   Real step_tolerance =
       0;  // rk4, radau: bound on the local error of each substep (m, rad, m/s, rad/s)
   Real damping_ratio = 0.8;  // implicit: spectral radius at infinity, 0 to 1
@@ -81,7 +82,7 @@ bool solver_from_name(const char* name, Solver& solver);
 
 namespace detail {
 /// Why no step can be computed with the settings, as a clause, or null. The bounds are those of the
-/// scene keys; a count may be larger.
+/// scene keys, except that counts may be larger.
 const char* settings_fault(const SolverSettings& settings);
 }  // namespace detail
 }  // namespace pantin

@@ -20,7 +20,7 @@ namespace pantin {
 inline constexpr std::uint32_t kNoSlot = UINT32_MAX;
 
 namespace detail {
-/// std::out_of_range: an entity has no such component, or does not exist any more.
+/// Throws std::out_of_range: the entity has no such component, or no longer exists.
 [[noreturn]] void throw_missing(Entity owner);
 }  // namespace detail
 
@@ -34,9 +34,9 @@ class Store {
  public:
   using Component = T;
 
-  /// Adds a component to `owner`; an existing one is replaced in place. What is given to a handle
-  /// of nothing is laid aside: no step sees it. What was destroyed gets it, but the next step takes
-  /// it away and tells: see StepReport::faults.
+  /// Adds a component to `owner`, or replaces the existing one in place. A value for the null
+  /// handle is discarded. A value for a destroyed entity is stored, but the next step removes and
+  /// reports it: see StepReport::faults.
   T& add(Entity owner, T value) {
     if (!owner) {
       thread_local T aside;
@@ -112,7 +112,7 @@ class Store {
   std::size_t size() const { return values_.size(); }
   bool empty() const { return values_.empty(); }
   std::uint64_t version() const { return version_; }
-  /// How often values took the place of another, or were removed.
+  /// How many values were replaced or removed.
   std::uint64_t replaced() const { return replaced_; }
   std::uint64_t removed() const { return removed_; }
 
@@ -121,26 +121,26 @@ class Store {
     owners_.reserve(count);
   }
 
-  /// Removals move values to other slots: from here on slot_now() tells where to. Costs no memory
-  /// until something is removed.
+  /// Starts tracking: slot_now() tells where later removals move values. Costs no memory until
+  /// something is removed.
   void track_slots() { moved_ = {}, first_new_ = static_cast<std::uint32_t>(size()); }
-  /// Whether something was removed since then.
+  /// Whether something was removed since track_slots().
   bool has_moved() const { return !moved_.empty(); }
-  /// The slot of the value that was in `slot` when track_slots() was called last; kNoSlot if it was
+  /// The present slot of the value that was in `slot` at the last track_slots(); kNoSlot if it was
   /// removed since.
   std::uint32_t slot_now(std::uint32_t slot) const {
     if (moved_.empty()) return slot;
     return slot < moved_.size() ? moved_[slot] : kNoSlot;
   }
-  /// The inverse: the slot that the value in `slot` had then; kNoSlot for kNoSlot and for a value
-  /// added since. Linear in the number of values after a removal.
+  /// The inverse: the slot at track_slots() of the value now in `slot`; kNoSlot for kNoSlot and for
+  /// a value added since. Linear in the number of values after a removal.
   std::uint32_t slot_then(std::uint32_t slot) const {
     if (slot == kNoSlot || is_new(slot)) return kNoSlot;
     if (moved_.empty()) return slot;
     const auto found = std::find(moved_.begin(), moved_.end(), slot);
     return found == moved_.end() ? kNoSlot : static_cast<std::uint32_t>(found - moved_.begin());
   }
-  /// Whether the value in `slot` was added since then.
+  /// Whether the value in `slot` was added since track_slots().
   bool is_new(std::uint32_t slot) const { return slot >= first_new_; }
 
   static void fields(auto& self, auto&& field) {
@@ -153,7 +153,7 @@ class Store {
     field("moved", derived(self.moved_));
     field("first_new", derived(self.first_new_));
   }
-  /// Finds the slots of the owners again after reading; null, or what is wrong.
+  /// Rebuilds the slots from the owners after reading; returns null, or the fault.
   const char* restored(const detail::Entities& entities) {
     if (owners_.size() != values_.size()) return "has not as many owners as values";
     slots_.clear(), moved_ = {}, first_new_ = kNoSlot;
@@ -168,7 +168,7 @@ class Store {
   }
 
  private:
-  /// After a removal: `now` holds the new slots, by slot before it.
+  /// Records a removal: `now` holds the new slots, by slot before it.
   void note_moves(std::vector<std::uint32_t> now) {
     const auto still = [](std::uint32_t slot) { return slot != kNoSlot; };
     const auto old = now.begin() + std::min<std::ptrdiff_t>(first_new_, std::ssize(now));
@@ -182,8 +182,9 @@ class Store {
   std::vector<Entity> owners_;
   std::vector<std::uint32_t> slots_;
   std::uint64_t version_ = 0, replaced_ = 0, removed_ = 0;
-  std::vector<std::uint32_t> moved_;   // by slot at track_slots(): the slot now; empty: the same
-  std::uint32_t first_new_ = kNoSlot;  // the first slot of what was added since; none: not tracked
+  std::vector<std::uint32_t> moved_;   // by slot at track_slots(): the present slot; empty:
+                                       // unchanged
+  std::uint32_t first_new_ = kNoSlot;  // the first slot added since; kNoSlot: not tracked
 };
 
 namespace detail {
@@ -197,12 +198,12 @@ class AnyStore {
   virtual void add_to(Hash& hash, const EntityRule& rule) const = 0;
   virtual const void* type() const = 0;
   virtual std::size_t size() const = 0;
-  /// `T::name` of the component, or what the compiler calls it.
+  /// `T::name` of the component, or the compiler's name of the type.
   virtual std::string_view name() const = 0;
   /// A fingerprint of its fields; 0 if it has none and cannot be saved.
   virtual std::uint64_t fingerprint() const = 0;
   virtual void write(FieldWriter& to) const = 0;
-  /// Null, or what is wrong.
+  /// Returns null, or the fault.
   virtual const char* read(FieldReader& from, const Entities& entities) = 0;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-/// Two bodies whose surfaces touch, slide or roll on one another: what the joint
-/// `SurfaceJoint` of <pantin/joints.hpp> comes down to.
+/// Two bodies whose surfaces touch, slide or roll on one another: the internal form of the joint
+/// `SurfaceJoint` of <pantin/joints.hpp>.
 ///
 /// Internal but for the two enums; installed because a World holds it.
 #include <memory>
@@ -12,7 +12,7 @@
 
 namespace pantin {
 
-/// How two surfaces that touch move on one another.
+/// The relative motion of two surfaces in contact.
 enum class SurfaceMotion : std::uint8_t {
   sliding,              // without friction: 1 row
   rolling,              // without slip; they may spin about the common normal: 3 rows
@@ -20,11 +20,11 @@ enum class SurfaceMotion : std::uint8_t {
 };
 constexpr SurfaceMotion last_of(SurfaceMotion) { return SurfaceMotion::rolling_without_spin; }
 
-/// What happens where the contact leaves a surface over its rim, comes to a place without a normal,
-/// or the surfaces fit one another.
+/// What happens if the contact point leaves a surface over its rim, reaches a singular point
+/// without a normal, or the surfaces become conforming.
 enum class OnRim : std::uint8_t {
   stop,    // the step is not taken, and its report says so
-  release  // the joint lets go for good
+  release  // the joint releases permanently
 };
 constexpr OnRim last_of(OnRim) { return OnRim::release; }
 
@@ -34,7 +34,7 @@ namespace nurbs {
 constexpr ContactStatus last_of(ContactStatus) { return ContactStatus::lost; }
 }  // namespace nurbs
 
-/// A surface, or the curve in its place, fixed in a body.
+/// A surface, or a curve instead, fixed in a body.
 struct ContactSurface {
   Pose pose;  // of its frame in the body's mass-centre frame
   std::shared_ptr<const nurbs::Skin> skin;
@@ -47,11 +47,11 @@ struct ContactSurface {
   }
 };
 
-/// Where two surfaces touch, or are nearest: a result of the last step.
+/// A point where two surfaces touch, or are nearest: a result of the last step.
 struct SurfaceSpot {
   bool touches = false;
-  bool slips = false;        // friction does not hold there
-  Vec3 point{0}, normal{0};  // world: on b, m, and outwards of b
+  bool slips = false;        // the contact slips there
+  Vec3 point{0}, normal{0};  // world: on b, m, and out of b
   Vec3 force{0};             // N, on b, mean over the step
   Real gap = 0;              // m
 
@@ -64,31 +64,33 @@ struct SurfaceSpot {
     field("gap", self.gap);
   }
 };
-/// At how many places at once two surfaces may touch.
+/// The most simultaneous contact points of two surfaces.
 inline constexpr std::size_t kMostSpots = 8;
 
-/// Two bodies and the surfaces by which they touch. Either b has a skin and a a skin or a curve, or
-/// both have curves, of the planes z = 0 of their frames. Only the Lagrangian solver supports it.
+/// Two bodies and the surfaces by which they touch. Either b has a skin and a has a skin or a
+/// curve, or both have curves in the planes z = 0 of their frames. Only the Lagrangian solver
+/// supports it.
 struct SurfaceContact {
   Entity a, b;
   ContactSurface on_a, on_b;
   SurfaceMotion motion = SurfaceMotion::sliding;
-  bool lifts = false;  // may come off and touch again; else it is held
+  bool lifts = false;  // unilateral: may separate and touch again; otherwise bilateral
   OnRim on_rim = OnRim::stop;
-  // Coulomb's coefficient, of what slides or rolls; below 0: sliding is free, rolling holds.
+  // Coulomb's coefficient, sliding or rolling; below 0: sliding is frictionless, rolling never
+  // slips.
   Real friction = -1;
-  std::uint8_t spots = 1;  // at how many places at once they may touch; 1 of those that are held
-  // Where they touch, or are nearest. Steps move it. A curve has its parameter in `u`.
+  std::uint8_t spots = 1;  // most simultaneous contact points; 1 for a bilateral contact
+  // The contact, or the nearest points. Steps update it. A curve has its parameter in `u`.
   nurbs::PlacePair at;
-  bool known = false;  // `at` is such a place
-  bool over = false;   // it has let go
+  bool known = false;  // `at` is valid
+  bool over = false;   // it has released permanently
   // Results of the last step:
   nurbs::ContactStatus status = nurbs::ContactStatus::found;
   bool touches = false, slips = false;
-  Vec3 point{0}, normal{0};                      // world: on b, m, and outwards of b
+  Vec3 point{0}, normal{0};                      // world: on b, m, and out of b
   Vec3 force{0};                                 // N, on b, mean over the step
   Real gap = 0;                                  // m
-  std::array<SurfaceSpot, kMostSpots - 1> more;  // of further places; normal 0: none there
+  std::array<SurfaceSpot, kMostSpots - 1> more;  // further contact points; normal 0: unused
 
   static void fields(auto& self, auto&& field) {
     field("a", self.a);
@@ -112,11 +114,11 @@ struct SurfaceContact {
     field("gap", passive(self.gap));
     field("more", passive(self.more));
   }
-  /// Null, or what is wrong: surfaces missing, places off them, a friction that is none.
+  /// Checks for missing surfaces, points off them and invalid friction; returns null, or the fault.
   const char* restored() const;
 };
 
-/// Whether a place is one of a surface or curve.
+/// Whether a place is on a surface or curve, within its parameter range.
 bool is_on(const ContactSurface& surface, const nurbs::Place& place);
 
 }  // namespace detail

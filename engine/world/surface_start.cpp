@@ -11,8 +11,8 @@ namespace pantin::detail {
 namespace {
 
 constexpr std::size_t kMostPairs = 16;
-constexpr Real kFlat = 1e-9;       // of its size: a curve of the plane
-constexpr Real kSamePlane = 1e-6;  // rad, and of the smaller size
+constexpr Real kFlat = 1e-9;       // relative to its size: tolerance of a planar curve
+constexpr Real kSamePlane = 1e-6;  // rad, and relative to the smaller size
 /// rad: between the normals of joined faces.
 constexpr Real kSmoothEnough = 1e-3;
 
@@ -51,7 +51,7 @@ std::string crease_in(const ContactSurface& surface, const char* side) {
 
 Real size_of(const ContactSurface& s) { return s.curve ? s.curve->size() : s.skin->size(); }
 
-/// How far a curve is from the plane z = 0, m.
+/// The largest distance of a curve from the plane z = 0, m.
 Real height_of(const nurbs::Wire& curve) {
   Real most = 0;
   for (const nurbs::Weighted& w : curve.curve().points)
@@ -60,7 +60,7 @@ Real height_of(const nurbs::Wire& curve) {
 }
 bool is_flat(const nurbs::Wire& curve) { return height_of(curve) <= kFlat * curve.size(); }
 
-/// Why two curves do not lie in one plane that both run around the same way.
+/// Why two curves are not in one plane with the same orientation.
 std::string plane_fault(const SurfaceContact& c, const Pose& a_in_b) {
   for (const auto& [side, name] : {std::pair{&c.on_a, "a"}, {&c.on_b, "b"}})
     if (!is_flat(*side->curve))
@@ -77,7 +77,7 @@ std::string plane_fault(const SurfaceContact& c, const Pose& a_in_b) {
   return {};
 }
 
-/// What to use for faces that touch all over, or along a line.
+/// The alternative for faces that touch all over, or along a line.
 constexpr const char* kInstead =
     "bodies whose shapes have these surfaces touch through contacts, by faces, edges and corners";
 
@@ -94,7 +94,7 @@ bool is_flat(const nurbs::Skin& skin) {
   return true;
 }
 
-/// The least distance of two curves, or of a curve and a surface, by places along a; m.
+/// The least distance of two curves, or of a curve and a surface, m; sampled along a.
 Real apart(const SurfaceContact& c, const Pose& a_in_b) {
   Real least = 1e300;
   for (const Vec3 p :
@@ -110,7 +110,7 @@ Real apart(const SurfaceContact& c, const Pose& a_in_b) {
   return least;
 }
 
-/// Outwards; nowhere at a place without a normal.
+/// The outward unit normal; zero at a singular point.
 Vec3 normal_at(const nurbs::Skin& skin, const nurbs::Place& at) {
   const nurbs::Jet jet = skin.face(at.face).at(at.u, at.v);
   const Vec3 across = glm::cross(jet.u, jet.v);
@@ -118,8 +118,8 @@ Vec3 normal_at(const nurbs::Skin& skin, const nurbs::Place& at) {
   return length > 0 ? across / length : Vec3(0);
 }
 
-/// Which of two surfaces show each other their inner sides where they are nearest: "a", "b", both,
-/// or none.
+/// Which of two surfaces face the other with their inner side at the nearest points: "both", "that
+/// of a", "that of b", or an empty string.
 std::string turned_away(const nurbs::Meeting& meeting, const nurbs::ClosestPair& closest) {
   const Vec3 way = closest.on_a - closest.on_b;
   const bool a = glm::dot(meeting.a_in_b.rotation * normal_at(meeting.a, closest.at.a), way) > 0;

@@ -1,5 +1,5 @@
 #pragma once
-/// Where two surfaces or curves touch at first, and why they cannot.
+/// The initial contact of two surfaces or curves, and the reasons why it is invalid.
 #include <span>
 #include <string>
 
@@ -7,47 +7,47 @@
 
 namespace pantin::detail {
 
-/// On which side of its way a curve has its outer side; of a closed one of the plane, which is
-/// taken to run anticlockwise, right is outside.
+/// The side of its direction on which a curve is outside. A closed planar curve counts as
+/// anticlockwise, so its right side is outside.
 enum class OuterSide : std::uint8_t { right, left };
 
-/// A curve made ready to touch: right of its way is its outer side.
+/// Prepares a curve for contact: the right of its direction is outside.
 std::shared_ptr<const nurbs::Wire> contact_curve(const nurbs::Curve& curve, OuterSide side);
 
-/// "found ..., expected ..." where nothing slides smoothly along a curve: corners, places without a
-/// tangent; and where one of the plane crosses itself. Else nothing.
+/// "found ..., expected ..." if nothing can slide smoothly along a curve: it has corners or points
+/// without a tangent, or a planar one crosses itself. Otherwise empty.
 std::string curve_fault(const nurbs::Wire& curve);
 
-/// How far apart pairs may be, m, and where they go.
+/// The largest gap of pairs, m, and the buffer for them.
 struct PairReach {
   Real reach = 0;
   std::span<nurbs::CommonNormal> out;
 };
 
-/// All pairs of places that face one another with a gap that is a least one and no larger than the
-/// reach, the nearest first; as many as there is room for. Returns how many there are.
+/// Finds all pairs of points that face one another with a locally minimal gap within the reach,
+/// nearest first, up to the capacity of the buffer. Returns their number.
 std::size_t find_pairs(const SurfaceContact& contact, const Pose& a_in_b, const PairReach& to);
 
 struct PairPoses {
   Pose a, b;  // of the bodies' mass-centre frames
 };
 
-/// At how many places surfaces like these may touch at once, where nobody says: one for those
-/// without hollows and those that are held, else four.
+/// The default number of simultaneous contact points: one for convex surfaces and for bilateral
+/// contacts, otherwise four.
 std::uint8_t usual_spots(const SurfaceContact& contact);
 
-/// Finds the pair of places whose gap is the smallest, with the bodies at these poses, and sets
-/// SurfaceContact::at; leaves what is `known`. Returns "found ..., expected ..." where surfaces
-/// that are held do not face one another within their size, where they fit one another, where
-/// one has a crease, and where curves do not lie in one plane; else nothing.
+/// Finds the pair of points with the smallest gap at these poses and sets SurfaceContact::at,
+/// unless it is `known`. Returns "found ..., expected ..." if bilateral surfaces do not face one
+/// another within their size, if they are conforming, if one has a crease, and if curves are not in
+/// one plane; otherwise an empty string.
 std::string place_surfaces(SurfaceContact& contact, const PairPoses& bodies);
 
-/// What there is to warn of: the sharpest crease between joined faces, which no contact crosses;
-/// else nothing.
+/// A warning about the sharpest crease between joined faces, which no contact can cross; otherwise
+/// empty.
 std::string crease_between(const ContactSurface& surface, const char* side);
 
-/// The same of surfaces that may lift off: that they fit one another where they are nearest, or are
-/// both flat, so that they never touch in one point. Takes milliseconds where they are far apart.
+/// The same for unilateral surfaces that are conforming where they are nearest, or both flat, so
+/// that they never touch in one point. Takes milliseconds if they are far apart.
 std::string fit_between(const SurfaceContact& contact, const PairPoses& bodies);
 
 }  // namespace pantin::detail

@@ -1,5 +1,5 @@
 #pragma once
-/// What the descriptions of <pantin/joints.hpp> come down to, added as it is: nothing is checked.
+/// Adds the internal forms of the descriptions of <pantin/joints.hpp> without any checks.
 #include <string>
 
 #include "engine/world/world.hpp"

@@ -36,7 +36,7 @@ std::optional<EventFault> fault_of_times(const E& e) {
   return std::nullopt;
 }
 
-/// Vectors with a number that is not finite, by the names of the members.
+/// The first vector member with a number that is not finite.
 template <class E>
 std::optional<EventFault> fault_of_vectors(const E& e) {
   std::optional<EventFault> fault;
@@ -94,7 +94,7 @@ void push_on(const EventStep& step, const EventPush& push) {
 
 namespace {
 
-/// What forces act on needs a place for them: steps allocate none.
+/// Bodies on which forces act get their Force component here, because steps allocate nothing.
 template <class E>
 void expect_forces(World& world, const E& event) {
   if constexpr (Lasts<E> || Strikes<E>) {
@@ -122,7 +122,7 @@ Entity add_event(World& world, const TimedEvent& event) {
 Real active_time(const EventTimes& e, Real from, Real to) {
   if (e.every == 0) return std::max(Real(0), std::min(to, e.to) - std::max(from, e.from));
   const Real length = e.to - e.from;
-  const auto until = [&](Real time) {  // from the first start to `time`
+  const auto until = [&](Real time) {  // active time from the first start to `time`
     if (!(time > e.from)) return Real(0);
     const Real whole = std::floor((time - e.from) / e.every);
     return whole * length + std::min(length, time - e.from - whole * e.every);

@@ -1,7 +1,7 @@
 #pragma once
-/// THE list of the kinds of timed events: what is done to a World while it runs, at one moment or
-/// over a while. A new kind is a file in engine/world/events, included here, and a word in the
-/// list: steps, builders, scene files and their schema come from the file.
+/// THE list of the kinds of timed events: changes to a World at one moment or over an interval
+/// while it runs. A new kind is a file in engine/world/events, included here, and a word in the
+/// list: steps, builders, scene files and their schema follow from the file.
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -57,15 +57,14 @@ concept EventKind = AllEvents::has<T>;
 
 }  // namespace detail
 
-/// One event of a World: `world.add(PushEvent{...})`. The step makes it happen, and the World keeps
-/// how far it has come: a copy or a saved World goes on with the same bits. `world.destroy(event)`
-/// calls it off.
+/// One event of a World: `world.add(PushEvent{...})`. The step carries it out, and the World stores
+/// its progress: a copy or a saved World continues bit for bit. `world.destroy(event)` cancels it.
 ///
-/// What lasts acts from `from` to `to`, a part of a step in proportion, so that its impulse does
-/// not depend on the step. What happens at one moment does so at the boundary of substeps nearest
-/// to `at`; with `over` the change takes that long: a hand and a winch start and stop softly,
-/// numbers change evenly. Of several at one boundary the earlier comes first, of equals the one
-/// that was added first.
+/// A lasting event acts from `from` to `to`; on a part of a step it acts in proportion, so that its
+/// impulse does not depend on the step. An instantaneous event happens at the substep boundary
+/// nearest to `at`. With `over` the change takes that long: a pull and a winch start and stop
+/// smoothly, numbers change linearly. At one boundary the earlier event comes first; ties go to the
+/// one that was added first.
 struct TimedEvent {
   detail::EventKinds kind;
   detail::EventProgress progress = {};
@@ -76,34 +75,34 @@ struct TimedEvent {
     field("kind", self.kind);
     field("progress", self.progress);
   }
-  /// Null, or what no step can use, for a saved World.
+  /// Checks a saved event; returns null, or the fault.
   const char* restored() const;
 };
 
 namespace detail {
 
-/// Whether it acts at all times between two; otherwise it begins at one.
+/// Whether it acts throughout an interval; otherwise it begins at one time.
 template <class E>
 concept Lasts = requires(const E& e, const EventStep& step) {
   e.act(step, Real(1));
 };
-/// Whether it is a blow, or several.
+/// Whether it is an impulse, or several.
 template <class E>
 concept Strikes = requires(const E& e, const EventStep& step) {
   e.strike(step, Real(1));
 };
-/// Whether it changes something in a time, which is there before and after.
+/// Whether it changes an existing value over a time.
 template <class E>
 concept Changes = requires(const E& e, const EventStep& step, EventProgress& progress) {
   e.change(step, progress, EventChange{});
 };
-/// Whether it goes on until it says that it is done.
+/// Whether it continues until it sets `done`.
 template <class E>
 concept GoesOn = requires(const E& e, const EventStep& step, EventProgress& progress) {
   e.go_on(step, progress);
 };
 
-/// What it acts on; null: on all, or on bodies of a list.
+/// The entity it acts on; null: the whole World, or a list of bodies.
 template <class E>
 auto* target_of(E& event) {
   if constexpr (requires { event.body; })
@@ -125,7 +124,7 @@ inline constexpr bool kHasTarget = requires(E& e) {
 || requires(E& e) { e.cable; }
 || requires(E& e) { e.tie; };
 
-/// When it begins, s.
+/// Its start time, s.
 template <class E>
 Real start_of(const E& event) {
   if constexpr (requires { event.at; })
@@ -134,26 +133,26 @@ Real start_of(const E& event) {
     return event.from;
 }
 Real start_of(const TimedEvent& event);
-/// The word of its kind.
+/// The name of its kind.
 std::string_view name_of(const TimedEvent& event);
 
-/// Calls `see(key, member)` for each key that scene files have for it.
+/// Calls `see(key, member)` for each of its keys in scene files.
 void each_event_key(auto& event, auto&& see) {
   std::visit([&](auto& kind) { kind.scene_keys(kind, see); }, event.kind);
 }
 
-/// The first member that no step can use, or none. Only what can be told without a World.
+/// The first invalid member, or none. Checks only what needs no World.
 std::optional<EventFault> fault_of(const TimedEvent& event);
 
 /// All events of a World, in the order they were added.
 Store<TimedEvent>& events_of(World& world);
 const Store<TimedEvent>* events_of(const World& world);
 
-/// Adds an event that was checked; steps it causes allocate nothing, but for those that change the
-/// structure.
+/// Adds an event that was checked. The steps in which it acts allocate nothing, unless it changes
+/// the structure.
 Entity add_event(World& world, const TimedEvent& event);
 
-/// How much of the time from `from` to `to` (s) what lasts acts.
+/// The time within `from` .. `to` (s) during which a lasting event acts.
 struct EventTimes {
   Real from, to, every;
 };

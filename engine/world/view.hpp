@@ -10,8 +10,8 @@
 
 namespace pantin::detail {
 
-/// The store of a component type in a World (const or not): one of its own, or a user's. Null where
-/// a const World has none of a user's type.
+/// The store of a component type in a World (const or not): a built-in or a user's. Null if a const
+/// World has no store of a user's type.
 template <class T, class W>
 auto* find_store(W& world) {
   using Found = std::conditional_t<std::is_const_v<W>, const Store<T>, Store<T>>;

@@ -16,7 +16,7 @@ void set_name(World& world, Entity e, std::string name) {
 
 }  // namespace
 
-// Here, as the compiler would write them out again in every unit that copies a World.
+// Defined here; otherwise the compiler emits them in every unit that copies a World.
 World::World() = default;
 World::World(const World&) = default;
 World::World(World&&) noexcept = default;
@@ -62,9 +62,10 @@ void World::destroy(std::span<const Entity> doomed) {
                        [&](const BeltPulley& p) { return refers(p.body); });
   });
   add_orphans(pins, [&](const Pin& p) { return refers(p.body) || refers(p.to); });
-  for (const Entity e : std::vector<Entity>(all)) gone.insert(e);  // gears tie links
+  for (const Entity e : std::vector<Entity>(all)) gone.insert(e);  // gears depend on links
   add_orphans(gears, [&](const Gear& r) { return refers(r.first) || refers(r.second); });
-  // Handles are freed in order of index, so that the next ones do not depend on a hash order.
+  // Handles are freed in order of index, so that the next ones do not depend on the order of a hash
+  // set.
   std::sort(all.begin(), all.end(), [](Entity a, Entity b) { return a.index > b.index; });
 
   for_each_store(*this, [&](auto& store) { store.remove(all); });
@@ -116,7 +117,7 @@ Pose World::origin_pose(Entity body) const {
 
 namespace {
 
-/// The shapes of what is solid, and what they are of if that matters.
+/// Hashes the shapes of colliders, and their materials if pairs of materials have properties.
 void add_solids(Hash& hash, const World& world) {
   for (const Entity e : world.collisions.owners())
     if (const Shapes* shapes = world.shapes.find(e)) {

@@ -22,7 +22,7 @@
 namespace pantin {
 namespace detail {
 
-/// Components that tie bodies together, or decide how they are stepped: where one comes or goes,
+/// Components that connect bodies, or decide which solver steps them. If one is added or removed,
 /// the solvers compile again.
 template <class T, class... Others>
 inline constexpr bool kIsAnyOf = (std::same_as<T, Others> || ...);
@@ -39,7 +39,7 @@ void for_each_store(auto& world, const auto& each) {
     });
   });
 }
-/// The same for those that hold the structure.
+/// The same for the structural stores.
 void for_each_structural_store(auto& world, const auto& each) {
   for_each_store(world, [&](auto& store) {
     if constexpr (kIsStructural<typename std::remove_cvref_t<decltype(store)>::Component>)
@@ -61,7 +61,7 @@ struct World {
   Store<Body> bodies;
   Store<detail::Force> forces;
   Store<Pose>
-      origins;  // of bodies placed by a frame of their own: that frame in the mass-centre frame
+      origins;  // of bodies placed by another frame: that frame in the mass-centre frame
   Store<Shapes> shapes;
   Store<detail::Link> links;  // of the joints of <pantin/joints.hpp>, like cables and gears
   Store<detail::Cable> cables;
@@ -73,13 +73,13 @@ struct World {
   Store<JointDrive> joint_drives;  // on links
   Store<Collision> collisions;     // on bodies
   Store<std::string> names;
-  Store<SolverSettings> settings;  // on any body: holds for its whole island
+  Store<SolverSettings> settings;  // on any body: applies to its whole island
   detail::UserStores user;
 
   Vec3 gravity{0, -9.81, 0};
   SolverSettings default_settings;
   std::vector<Material> materials{Material{}};
-  std::vector<MaterialPair> material_pairs;  // each once; in any order
+  std::vector<MaterialPair> material_pairs;  // each pair once, in either order
 
   std::uint64_t tick = 0;  // whole steps taken
   Real time = 0;           // s
@@ -87,8 +87,8 @@ struct World {
   detail::Memories memory;  // of the solvers; see the rooms contact and solvers
   std::uint64_t edit_count = 1;
 
-  /// The store of a user's own component type, made on first use; copied, destroyed and (if the
-  /// type has `fields`) hashed like the others.
+  /// The store of a user's component type, created on first use. It is copied, destroyed and (if
+  /// the type has `fields`) hashed like the others.
   template <class T>
   Store<T>& store() {
     return user.of<T>();
@@ -98,8 +98,8 @@ struct World {
   ///
   ///   for (auto [entity, body, wind] : world.view<Body, Wind>()) body.velocity += ...;
   ///
-  /// in the order of the first component's store. The components are references, const where the
-  /// World is. Nothing may be added to or removed from these stores within the loop.
+  /// in the order of the first component's store. The components are references, const if the World
+  /// is. Nothing may be added to or removed from these stores within the loop.
   template <class... Components>
   detail::ComponentView<World, Components...> view() {
     return detail::ComponentView<World, Components...>(*this);
@@ -109,9 +109,9 @@ struct World {
     return detail::ComponentView<const World, Components...>(*this);
   }
 
-  /// Adds what a description says: RigidBody, HingeJoint, CableJoint ... of <pantin/pantin.hpp>, or
-  /// any type of yours with a function `add_to(World&, const T&)` in its namespace. Theirs return a
-  /// Result<Entity>, with errors and the World as it was where the description is wrong.
+  /// Adds the object of a description: RigidBody, HingeJoint, CableJoint ... of
+  /// <pantin/pantin.hpp>, or any type of yours with a function `add_to(World&, const T&)` in its
+  /// namespace. Those of pantin return a Result<Entity>; on errors the World is unchanged.
   template <class T>
   [[nodiscard]] auto add(const T& description) {
     return add_to(*this, description);
@@ -129,18 +129,18 @@ struct World {
   bool is_alive(Entity e) const { return entities.is_alive(e); }
 
   /// Call after changing masses, anchors, motions or settings: the solvers then recompile. Wakes
-  /// all that sleeps; islands that were not changed go on otherwise.
+  /// all bodies that sleep; unchanged islands otherwise continue as before.
   void mark_dirty() { ++edit_count; }
   /// Changes whenever the structure does.
   std::uint64_t structure() const;
 
-  /// Moves a body at once: the integrator restarts, and no pose in between is drawn. False, and
-  /// nothing happens, if there is no such body.
+  /// Moves a body at once: the integrator restarts, and no pose in between is drawn. Returns false,
+  /// and does nothing, if there is no such body.
   bool teleport(Entity body, const Pose& pose);
 
   /// Pushes a dynamic body with `force` (N, world axes) at `point` (world) during the next step.
-  /// Within a step, from a system: during the substep that runs; from before_contacts on, the next.
-  /// False, and nothing happens, if there is no such body.
+  /// Called by a system within a step, it acts in the current substep; from before_contacts on, in
+  /// the next. Returns false, and does nothing, if there is no such body.
   bool push(Entity body, Vec3 force, Vec3 point);
 
   /// The name of an entity, or "#<index>".
@@ -150,9 +150,9 @@ struct World {
   /// The pose of the frame a body was placed by (its own frame in a scene file).
   Pose origin_pose(Entity body) const;
 
-  /// The components and what holds for all. Which handles are in use, names and looks do not decide
-  /// the next step; of shapes those that are solid do, with their materials where pairs of them are
-  /// given: see state_hash.
+  /// The components and global values. Used handles, names and appearance do not decide the next
+  /// step. Of the shapes, those of colliders do, with their materials if pairs of materials have
+  /// properties: see state_hash.
   static void fields(auto& self, auto&& field) {
     field("entities", passive(self.entities));
     field("bodies", self.bodies);

@@ -1,17 +1,17 @@
 #pragma once
-/// Stronger or weaker muscles.
+/// Changes a joint drive, such as stronger or weaker muscles.
 #include "engine/world/events/event.hpp"
 
 namespace pantin {
 
-/// A joint drive gets another stiffness, damping and greatest torque.
+/// Sets the stiffness, the damping and the torque limit of a joint drive.
 struct DriveEvent {
   Entity joint = {};
   Real stiffness = 0;       // N m/rad
   Real damping = 0;         // N m s/rad
   Real max_torque = 1e300;  // N m
   Real at = 0;              // s
-  Real over = 0;            // s, in which they change evenly
+  Real over = 0;            // s, in which they change linearly
 
   static constexpr std::string_view name = "drive";
   static constexpr std::string_view about = "A joint drive becomes stronger or weaker.";

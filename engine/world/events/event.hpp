@@ -1,41 +1,40 @@
 #pragma once
-/// Internal (pantin::detail); installed because the kinds of events, which are public, are made of
-/// it.
+/// Internal (pantin::detail); installed because the public kinds of events are built on it.
 ///
-/// What a kind of timed event tells of itself. A kind is a struct in a file of its own here, named
-/// in the list of timed_event.hpp; steps, scene files and their schema, copies and mirror images
-/// of prefabs, hashes and saved Worlds follow:
+/// The interface of a kind of timed event. A kind is a struct in a file of its own here, named in
+/// the list of timed_event.hpp. Steps, scene files and their schema, copies and mirror images of
+/// prefabs, hashes and saved Worlds follow from it:
 ///
 ///   static constexpr std::string_view name, about;   // "push", for scene files
 ///   static void fields(auto& self, auto&& field);    // its data, as of every component
-///   static void scene_keys(auto& self, auto&& key);  // what scene files say, see EventKey
+///   static void scene_keys(auto& self, auto&& key);  // its keys in scene files, see EventKey
 ///
-/// what it acts on, by the name of the member, which is checked and looked up by it:
+/// its targets, which are recognised, checked and looked up by these member names:
 ///
 ///   Entity body, joint, cable, tie;                  // one of them; none: the whole World
 ///   std::vector<Entity> bodies;
 ///
-/// its times, by their names too:
+/// its times, recognised by name as well:
 ///
 ///   Real from, to, every;                            // s, see TimedEvent
 ///   Real at, over, every;
 ///
 /// and one of these ways to act:
 ///
-///   void act(const EventStep&, Real part) const;     // in this part of a substep: `from` .. `to`
-///   void strike(const EventStep&, Real times) const; // so often in a substep: `at`, `every`
+///   void act(const EventStep&, Real part) const;     // for a fraction of a substep: `from` .. `to`
+///   void strike(const EventStep&, Real times) const; // this often in a substep: `at`, `every`
 ///   void begin(const EventStep&, EventProgress&) const;  // once, at its time
 ///
-/// of which the last may go on, substep by substep: as a change that takes `over`, or until it sets
-/// EventProgress::done:
+/// An event with `begin` may continue in later substeps, as a change that takes `over`, or until it
+/// sets EventProgress::done:
 ///
 ///   void change(const EventStep&, EventProgress&, const EventChange&) const;
 ///   void go_on(const EventStep&, EventProgress&) const;
 ///
-/// Where there is anything to tell,
+/// Optional:
 ///
-///   std::optional<EventFault> fault() const;         // of numbers beside times and vectors
-///   static constexpr EventNeed needs;                // keys of which one at least is given
+///   std::optional<EventFault> fault() const;         // of numbers other than times and vectors
+///   static constexpr EventNeed needs;                // keys of which at least one is given
 ///   static constexpr EventPair pairs[];              // keys that exclude one another
 #include <algorithm>
 #include <cmath>
@@ -50,39 +49,39 @@
 
 namespace pantin::detail {
 
-/// The substep to come.
+/// The next substep.
 struct EventStep {
   World& world;
   Real from, h;  // s
 
   Real to() const { return from + h; }
-  /// Whether a moment belongs to its start: to no boundary it is nearer.
+  /// Whether a moment is nearest to the start of this substep, or earlier.
   bool begins(Real moment) const { return moment < from + h / 2; }
 };
 
-/// How much of a change has been made, in [0, 1]. What is held at the end of the substep goes by
-/// its end; a force or a speed by its middle.
+/// The fraction of a change that has been made, in [0, 1]. A position or length takes the value at
+/// the end of the substep; a force or a speed takes that at its middle.
 struct EventChange {
   Real at_end, in_middle;
 };
 
-/// A change that begins at a time and takes so long, s.
+/// A change that begins at a time and has a duration, s.
 struct EventRamp {
   Real at, over;
 };
-/// How much of it has been made, in [0, 1].
+/// The fraction of it that has been made, in [0, 1].
 inline Real progress_at(const EventRamp& ramp, Real time) {
   return ramp.over == 0 ? 1 : std::clamp((time - ramp.at) / ramp.over, Real(0), Real(1));
 }
-/// The same that starts and ends at rest.
+/// The same fraction, eased so that the change starts and ends at rest.
 inline Real eased(Real progress) { return progress * progress * (3 - 2 * progress); }
 
-/// How far an event has come.
+/// The progress of an event.
 struct EventProgress {
-  std::uint64_t fired = 0;  // how often it began
+  std::uint64_t fired = 0;  // how many times it has begun
   bool done = false;
-  Vec3 start{0};    // what was there before: a place, a gravity; the numbers of a motor or drive
-  Entity pin = {};  // of the hand
+  Vec3 start{0};    // before the change: a position, a gravity; the numbers of a motor or drive
+  Entity pin = {};  // the pin of a PullEvent
 
   static void fields(auto& self, auto&& field) {
     field("fired", self.fired);
@@ -92,22 +91,21 @@ struct EventProgress {
   }
 };
 
-/// Of two members that contradict each other or a number that is none: the member, what was found,
-/// what was expected.
+/// Two contradictory members or an invalid number: the member, what was found, what was expected.
 struct EventFault {
   const char *member, *found, *expected;
 };
 
 // ---- What scene files say ----
 
-/// What a scene file gives under a key. Copies and mirror images of prefabs take vectors along by
-/// it.
+/// The type of the value under a key of a scene file. Copies and mirror images of prefabs transform
+/// vectors by it.
 enum class EventForm : std::uint8_t {
   direction,         // of a force
   axial,             // of a torque
   point,             // a place
   anchor,            // in the frame of the body; or under "point" in the scene
-  vector,            // which belongs to no copy
+  vector,            // not transformed with copies
   vector_or_number,  // likewise
   number,
   degrees,       // at most 1e6
@@ -125,28 +123,28 @@ enum class EventForm : std::uint8_t {
 struct EventKey {
   std::string_view key = {}, unit = {}, about = {};
   EventForm form = EventForm::direction;
-  std::string_view needed = {};  // it must be there; what is expected
+  std::string_view needed = {};  // the key is required; what is expected
   std::string_view names = {};   // of a reference: what is expected
-  bool tells_default = false;    // what the member is by default
-  Real scale = 1;                // of the numbers given
+  bool tells_default = false;    // the schema states the default of the member
+  Real scale = 1;                // factor from the number in the file to the member
 };
 
-/// Keys of which one at least must be given, words between spaces; what to complain of otherwise.
+/// Keys, separated by spaces, of which at least one must be given; and the error text if none is.
 struct EventNeed {
   std::string_view keys, complaint;
 };
 
-/// Keys that exclude one another: `one`, and any of `others`, words between spaces.
+/// Keys that exclude one another: `one`, and any of `others`, separated by spaces.
 struct EventPair {
   std::string_view one, others;
 };
 
-/// The shortest time after which an event starts again, and from gust to gust, s.
+/// The shortest period of a repeated event, and between gusts, s.
 inline constexpr Real kShortestRepeat = 1e-3;
-/// The end of what never ends, s.
+/// The end time of an event that never ends, s.
 inline constexpr Real kNever = 1e300;
 
-/// Keys that several kinds have.
+/// Keys that several kinds share.
 namespace event_keys {
 
 inline constexpr EventKey kAt{"at", "s", "When: at the step boundary nearest to it.",
@@ -174,12 +172,12 @@ inline constexpr EventKey kAnchor{
 
 }  // namespace event_keys
 
-/// The range of numbers that are read from a file and go into a step as they are.
+/// Whether a number from a file is finite and not negative, so that a step can use it.
 inline bool is_amount(Real x) { return x >= 0 && std::isfinite(x); }
 
-/// Whether forces move a body.
+/// Whether a body responds to forces.
 bool can_be_pushed(const World& world, Entity body);
-/// Adds a force (N) at a point fixed in a body, and a torque (N m), to what acts in the substep.
+/// Adds a force (N) at a body-fixed point and a torque (N m) to those of this substep.
 struct EventPush {
   Entity body;
   Vec3 anchor, force, torque;

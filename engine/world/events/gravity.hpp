@@ -1,14 +1,14 @@
 #pragma once
-/// Another gravity.
+/// Changes gravity.
 #include "engine/world/events/event.hpp"
 
 namespace pantin {
 
-/// The World gets another gravity.
+/// Sets the gravity of the World.
 struct GravityEvent {
   Vec3 gravity{0, -9.81, 0};  // m/s^2
   Real at = 0;                // s
-  Real over = 0;              // s, in which it changes evenly
+  Real over = 0;              // s, in which it changes linearly
 
   static constexpr std::string_view name = "gravity";
   static constexpr std::string_view about = "Another gravity.";

@@ -1,5 +1,5 @@
 #pragma once
-/// A blow.
+/// An impulse.
 #include "engine/world/events/event.hpp"
 
 namespace pantin {
@@ -11,7 +11,7 @@ struct ImpulseEvent {
   Vec3 angular_impulse{0};  // N m s, world axes
   Vec3 anchor{0};           // the point, in the body's mass-centre frame
   Real at = 0;              // s
-  Real every = 0;           // s; again so often; 0: once
+  Real every = 0;           // s, the period; 0: once
 
   static constexpr std::string_view name = "impulse";
   static constexpr std::string_view about = "A blow at one moment.";
@@ -46,7 +46,7 @@ struct ImpulseEvent {
     key(kEvery, self.every);
   }
 
-  /// An impulse is a force that lasts a substep.
+  /// An impulse is a force that lasts one substep.
   void strike(const detail::EventStep& step, Real times) const {
     push_on(step, {body, anchor, times / step.h * impulse, times / step.h * angular_impulse});
   }

@@ -20,7 +20,7 @@ Dof* motor_of(World& world, Entity joint) {
 
 }  // namespace
 
-/// A joint that gets a motor, or loses it, is another structure.
+/// A joint that gains or loses a motor changes the structure.
 void MotorEvent::begin(const EventStep& step, EventProgress& progress) const {
   Dof* dof = motor_of(step.world, joint);
   if (!dof) return;

@@ -1,15 +1,15 @@
 #pragma once
-/// Another motor.
+/// Changes a motor.
 #include "engine/world/events/event.hpp"
 
 namespace pantin {
 
-/// The motor of a joint gets other settings.
+/// Sets the motor of a joint.
 struct MotorEvent {
   Entity joint = {};
   JointMotor motor = {};  // along the joint's angle, or its travel if it has no angle
   Real at = 0;            // s
-  Real over = 0;          // s, in which the target changes evenly
+  Real over = 0;          // s, in which the target changes linearly
 
   static constexpr std::string_view name = "motor";
   static constexpr std::string_view about = "A motor gets another speed or place.";

@@ -4,7 +4,7 @@ namespace pantin {
 
 using namespace detail;
 
-/// It yields to joints and pins of the scene.
+/// The lowest: joints and pins of the scene take precedence.
 constexpr int kHandPriority = -1000;
 
 void PullEvent::begin(const EventStep& step, EventProgress& progress) const {

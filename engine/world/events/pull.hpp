@@ -1,16 +1,16 @@
 #pragma once
-/// A hand.
+/// Pulls a point of a body to a target.
 #include "engine/world/events/event.hpp"
 
 namespace pantin {
 
-/// A hand takes a point of a body at `from`, leads it to `target` within `over`, from rest to rest,
-/// and lets go at `to`. It opens no joint: it gets as near as joints and pins let it.
+/// From `from` on a point of a body is pulled to `target` within `over`, from rest to rest, and
+/// released at `to`. Joints stay closed: the point gets as near as joints and pins allow.
 struct PullEvent {
   Entity body = {};
   Vec3 anchor{0};      // the point, in the body's mass-centre frame
   Vec3 target{0};      // m
-  Real stiffness = 0;  // N/m, of a hand that gives way; 0: exact
+  Real stiffness = 0;  // N/m, of a compliant pull; 0: exact
   Real damping = 0;    // N s/m, likewise
   Real from = 0;       // s
   Real to = 1e300;     // s
@@ -19,7 +19,7 @@ struct PullEvent {
   static constexpr std::string_view name = "pull";
   static constexpr std::string_view about =
       "A hand that takes a point of a body, leads it to a place and lets go.";
-  /// Where a scene file says no "anchor": at the origin of the body's frame, not its mass centre.
+  /// The default anchor in a scene file is the origin of the body's frame, not its mass centre.
   static constexpr bool anchors_at_origin = true;
 
   static void fields(auto& self, auto&& field) {

@@ -12,7 +12,7 @@ struct PushEvent {
   Vec3 anchor{0};   // the point, in the body's mass-centre frame
   Real from = 0;    // s
   Real to = 1e300;  // s
-  Real every = 0;   // s; starts again so often; 0: once
+  Real every = 0;   // s, the period; 0: once
 
   static constexpr std::string_view name = "push";
   static constexpr std::string_view about =

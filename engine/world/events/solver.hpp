@@ -1,10 +1,10 @@
 #pragma once
-/// Another solver.
+/// Changes the solver.
 #include "engine/world/events/event.hpp"
 
 namespace pantin {
 
-/// All islands get another solver; its settings stay.
+/// Sets the solver of all islands; its settings stay.
 struct SolverEvent {
   Solver solver = Solver::articulated;
   Real at = 0;  // s

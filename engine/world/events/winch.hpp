@@ -4,7 +4,7 @@
 
 namespace pantin {
 
-/// A cable gets another length, from rest to rest.
+/// Changes the length of a cable, from rest to rest.
 struct WinchEvent {
   Entity cable = {};
   Real length = 1;  // m

@@ -21,7 +21,7 @@ Real random_number(std::uint64_t seed, std::uint64_t axis, std::uint64_t number)
   return static_cast<Real>(z >> 11) * (2.0 / 9007199254740992.0) - 1;
 }
 
-/// The air's mean velocity while the wind blows within the substep.
+/// The mean velocity of the air in this substep, m/s.
 Vec3 air_of(const EventStep& step, const WindEvent& e) {
   Vec3 air = e.velocity;
   const bool once = e.every == 0;
@@ -42,8 +42,8 @@ void WindEvent::act(const EventStep& step, Real part) const {
   const auto on_body = [&](Entity owner) {
     if (!can_be_pushed(world, owner)) return;
     const Body& b = world.bodies[owner];
-    // A body takes the own drag off its velocity by itself. A rate of the wind's own may not take
-    // it beyond the air's in a long step.
+    // The step applies the body's own drag by itself. A drag rate of the wind must not accelerate a
+    // body beyond the velocity of the air in a long step, hence the exponential.
     const Vec3 acceleration =
         drag < 0 ? b.drag * air
                  : -std::expm1(-drag * part * step.h) / (part * step.h) * (air - b.velocity);
@@ -65,7 +65,7 @@ namespace detail {
 
 Real mean_of(const Noise& noise, Real from, Real to) {
   const Real first = from / noise.period, last = to / noise.period;
-  constexpr Real kMostCells = 4096;  // over so many the mean is next to nothing
+  constexpr Real kMostCells = 4096;  // the mean over more cells is close to zero
   if (!(last > first) || !(last - first < kMostCells) || !(last < 1e15)) return 0;
   // Integral over a cell from its start to u: between a and b by the cubic 3 u^2 - 2 u^3.
   const auto integral = [](Real a, Real b, Real u) {

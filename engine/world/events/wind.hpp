@@ -4,17 +4,18 @@
 
 namespace pantin {
 
-/// From `from` to `to` the air moves with `velocity`: dynamic bodies are taken along by their drag.
+/// From `from` to `to` the air moves with `velocity`; dynamic bodies follow by their drag.
 struct WindEvent {
   Vec3 velocity{0};                 // m/s
-  Vec3 gusts{0};                    // m/s, the most by which gusts change it along each axis
+  Vec3 gusts{0};                    // m/s, the largest change by gusts along each axis
   Real gust_time = 1;               // s, from one gust to the next
-  std::uint64_t seed = 1;           // of the gusts; with the same seed the same ones, at any step
-  Real drag = -1;                   // 1/s, beside the own drag; below 0: by the own one
-  std::vector<Entity> bodies = {};  // on these; none: on all
+  std::uint64_t seed = 1;           // of the gusts; equal seeds give equal gusts, whatever the step
+  Real drag = -1;                   // 1/s, besides the body's own drag; below 0: the body's own
+                                    // drag acts
+  std::vector<Entity> bodies = {};  // the bodies it acts on; none: all
   Real from = 0;                    // s
   Real to = 1e300;                  // s
-  Real every = 0;                   // s; starts again so often; 0: once
+  Real every = 0;                   // s, the period; 0: once
 
   static constexpr std::string_view name = "wind";
   static constexpr std::string_view about = "Air that moves, and takes bodies along by their drag.";
@@ -78,8 +79,8 @@ struct WindEvent {
 
 namespace detail {
 
-/// Mean over a time of noise that goes smoothly from one random number to the next, each within
-/// [-1, 1]; they follow from `seed`, `axis` and their number.
+/// Mean over a time interval of smooth value noise: it passes from one random number in [-1, 1] to
+/// the next. The numbers follow from `seed`, `axis` and their index.
 struct Noise {
   std::uint64_t seed, axis;
   Real period;  // s

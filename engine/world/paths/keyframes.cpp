@@ -18,7 +18,8 @@ Real wrapped(Real time, Real first, Real last) {
   return first + (into < 0 ? into + period : into);
 }
 
-/// Catmull-Rom for uneven key times: a key is passed with the mean velocity between its neighbours.
+/// Catmull-Rom for uneven key times: the slope at a key is the mean velocity between its
+/// neighbours.
 Vec3 slope(const Keyframe& before, const Keyframe& after) {
   return (after.pose.position - before.pose.position) / (after.time - before.time);
 }
@@ -27,7 +28,7 @@ Vec3 slope_at(const Keyframes& path, std::size_t i) {
   const std::vector<Keyframe>& k = path.keys;
   const std::size_t last = k.size() - 1;
   if (i > 0 && i < last) return slope(k[i - 1], k[i + 1]);
-  if (!path.loop) return Vec3(0);  // the body comes from rest and goes to rest
+  if (!path.loop) return Vec3(0);  // the path starts and ends at rest
   // The neighbour across the seam, one period away; the last key is the first again.
   Keyframe before = k[last - 1];
   before.time -= k[last].time - k[0].time;

@@ -35,7 +35,7 @@ struct Keyframes {
     field("loop", self.loop);
   }
 
-  /// Without keys the world's origin.
+  /// The pose at `time`; without keys the world's origin.
   Pose at(Real time) const;
   void move(const Pose& by);
   void shift(Real ahead);

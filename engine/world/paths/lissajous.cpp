@@ -48,7 +48,7 @@ void Lissajous::shift(Real ahead) {
 void Lissajous::start_from(const Pose& start) {
   const Vec3 given = centre.position;
   centre = {};
-  const Pose away = at(0);  // from the centre
+  const Pose away = at(0);  // displacement from the centre
   centre.position = is_finite(given) ? given : start.position - away.position;
   centre.rotation = glm::conjugate(away.rotation) * start.rotation;
 }

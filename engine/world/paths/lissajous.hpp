@@ -1,5 +1,5 @@
 #pragma once
-/// A path that sways about a place.
+/// A path that oscillates about a centre.
 #include "engine/base/fields.hpp"
 #include "engine/world/paths/path.hpp"
 
@@ -67,7 +67,7 @@ struct Lissajous {
 
   Pose at(Real time) const;
   void move(const Pose& by);
-  /// The rise keeps its time.
+  /// The rise is not shifted.
   void shift(Real ahead);
   void start_from(const Pose& start);
   detail::PathBounds bounds() const;

@@ -1,25 +1,24 @@
 #pragma once
-/// Internal (pantin::detail); installed because the kinds of paths, which are public, are made of
-/// it.
+/// Internal (pantin::detail); installed because the public kinds of paths are built on it.
 ///
-/// What a kind of path tells of itself. A kind is a struct in a file of its own here, named in the
-/// list of kinematic_path.hpp; steps, scene files and their schema, pictures and hashes follow:
+/// The interface of a kind of path. A kind is a struct in a file of its own here, named in the list
+/// of kinematic_path.hpp. Steps, scene files and their schema, pictures and hashes follow from it:
 ///
 ///   static constexpr std::string_view name, about;   // "lissajous", for scene files
 ///   static constexpr bool turns_smoothly;            // no jump in angular velocity
 ///   static void fields(auto& self, auto&& field);    // its data, as of every component
-///   static void scene_keys(auto& self, auto&& key);  // what scene files say, see PathKey
+///   static void scene_keys(auto& self, auto&& key);  // its keys in scene files, see PathKey
 ///   Pose at(Real time) const;                        // no jump in position or velocity
 ///   void move(const Pose& by);                       // by a rigid motion of the world
 ///   void shift(Real ahead);                          // the same path, `ahead` seconds earlier
-///   void start_from(const Pose& start);              // fills in what is kLeftOpen
-///   PathBounds bounds() const;                       // of its positions, roughly
+///   void start_from(const Pose& start);              // replaces what is kLeftOpen
+///   PathBounds bounds() const;                       // of its positions, approximate
 ///
-/// and, where there is anything to tell,
+/// Optional:
 ///
 ///   std::size_t parts() const;                       // for the limits on scene files
-///   Pose seam() const;                               // from its first pose to its last, which a
-///                                                    // path that repeats must not show
+///   Pose seam() const;                               // from its first pose to its last, which
+///                                                    // has to vanish for a periodic path
 #include <cstdint>
 #include <limits>
 #include <string_view>
@@ -28,14 +27,14 @@
 
 namespace pantin::detail {
 
-/// A box that holds the positions of a path; empty where low is above high.
+/// A box around the positions of a path; empty if low is above high.
 struct PathBounds {
   Vec3 low{1e300}, high{-1e300};  // m
 
   void add(Vec3 p) { low = glm::min(low, p), high = glm::max(high, p); }
 };
 
-/// What a scene file gives under a key of the path's object.
+/// The type of the value under a key of the path's object.
 enum class PathForm : std::uint8_t {
   vector,
   angles,            // three, at most 1e6 degrees
@@ -47,11 +46,11 @@ enum class PathForm : std::uint8_t {
 struct PathKey {
   std::string_view key, unit, about;
   PathForm form = PathForm::vector;
-  Real scale = 1;             // of the numbers given
+  Real scale = 1;             // factor from the number in the file to the member
   std::string_view old = {};  // the key's name in earlier versions
 };
 
-/// Of what the start of the body is to fill in.
+/// Marks a value that follows from the initial pose of the body.
 inline constexpr Real kLeftOpen = std::numeric_limits<Real>::quiet_NaN();
 
 }  // namespace pantin::detail
