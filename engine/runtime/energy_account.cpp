@@ -12,19 +12,20 @@
 namespace pantin::detail {
 namespace {
 
-/// Of the greatest kinetic energy and the work so far: what a run may gain unnoticed.
+/// Tolerance of gains and losses, as a fraction of the greatest kinetic energy plus the work so
+/// far.
 constexpr Real kPart = 0.05;
-/// Of what contacts took rightly: so much more may be lost in their blows.
+/// Extra tolerance of losses, as a fraction of the energy that contacts may have dissipated.
 constexpr Real kRough = 0.1;
-/// Of a body's size: to be lifted by so little does not count.
+/// Energies that correspond to a lift by less than this fraction of a body's size are ignored.
 constexpr Real kLift = 0.01;
-/// rad/s: about as fast a body may turn without a cause.
+/// rad/s: angular momenta below about this speed of a body are ignored.
 constexpr Real kSlowTurn = 0.01;
-/// Substeps after a contact, a start or a change by the user in which energy may be taken.
+/// Substeps after a contact, a start or a change by the user in which losses are allowed.
 constexpr int kTouched = 3;
-/// s, and times the speed of what presses: so much faster nothing is thrown within that time.
+/// Nothing is thrown faster than kThrown times the speed of the pressing body within kThrowing (s).
 constexpr Real kThrowing = 0.25, kThrown = 4;
-/// m: a place that is held moves no more in a substep.
+/// m: a holder that moves less in a substep counts as fixed.
 constexpr Real kStill = 1e-6;
 
 bool is_dynamic(const Body& b) { return b.motion == Motion::dynamic; }
@@ -42,7 +43,8 @@ void EnergyAccount::hold(std::uint32_t group, std::uint32_t by) {
   held_by = held_by == kNobody ? by : kSeveral;
 }
 
-/// Joins the dynamic ones of some bodies that a joint, cable or pin ties; the others hold them.
+/// Joins the dynamic bodies of a joint, cable or pin into one group; the other bodies hold that
+/// group.
 void EnergyAccount::attach(const World& world, std::initializer_list<Entity> bodies) {
   std::uint32_t first = kNoSlot;
   for (const Entity e : bodies) {
@@ -97,7 +99,7 @@ void EnergyAccount::compile(const World& world) {
     const Real lift = kLift * size_of(world, world.bodies.owners()[i], b);
     groups_[i].slack = b.mass * lift * (g * std::abs(b.gravity_scale) + lift);
     groups_[i].slack_spin = kSlowTurn * b.mass * (lift / kLift) * (lift / kLift);
-    groups_[i].touched = groups_[i].jerked = kTouched;  // joints may jerk
+    groups_[i].touched = groups_[i].jerked = kTouched;  // joints may close with a jerk
   }
   holds_.clear();
   for (const Link& l : world.links.values()) attach(world, {l.a, l.b});
@@ -121,7 +123,7 @@ void EnergyAccount::compile(const World& world) {
       hold(sets_.root(body), kPlaces + i), holds_.push_back({body, kPlaces + i});
   }
   find_losses(world);
-  std::size_t roots = 0;  // groups only become fewer
+  std::size_t roots = 0;  // the number of groups only decreases
   for (std::uint32_t i = 0; i < count; ++i) roots += sets_.root(i) == i;
   moving_.reserve(roots);
   cables_.resize(world.cables.size());
@@ -130,7 +132,7 @@ void EnergyAccount::compile(const World& world) {
   built_for_ = world.structure(), is_new_ = true;
 }
 
-/// What of joints and ties can take energy.
+/// Marks the groups whose joints and ties can dissipate energy.
 void EnergyAccount::find_losses(const World& world) {
   const auto lose = [&](std::initializer_list<Entity> bodies) {
     for (const Entity e : bodies)
@@ -173,7 +175,7 @@ void EnergyAccount::note_start(const World& world, std::uint32_t slot, Real h) {
   const Body& b = world.bodies.values()[slot];
   Start& s = bodies_[slot];
   s.velocity = b.velocity, s.angular_velocity = b.angular_velocity;
-  // Paths, and callers, lead a body before the step: its velocity tells from where.
+  // Kinematic bodies have moved already; the former pose follows from the velocity.
   s.pose = is_dynamic(b) || b.teleport ? b.pose : contact::pose_before(b, h);
   if (!is_dynamic(b)) return;
   if (Group& g = groups_[sets_.root(slot)]; b.restart) g.touched = g.jerked = kTouched;
@@ -182,7 +184,7 @@ void EnergyAccount::note_start(const World& world, std::uint32_t slot, Real h) {
   s.force = s.torque = Vec3(0);
 }
 
-/// What sleeps stays as it was noted when it fell asleep.
+/// Bodies that sleep keep what was noted when they fell asleep.
 void EnergyAccount::note_start(const World& world, Real h) {
   begun_ = begun_ && built_for_ == world.structure();
   if (!begun_) return;
@@ -235,8 +237,9 @@ void EnergyAccount::end_substep(const World& world, Real h) {
   is_new_ = false;
 }
 
-/// The most that a contact took by its force and the speeds of its place, at the start and at the
-/// end of the substep: what slides rubs, and a blow takes half of what it had at the start.
+/// An upper bound on the energy that a contact dissipated: its force times the relative velocity,
+/// at the start or at the end of the substep. Sliding dissipates by friction, an impact half of its
+/// initial value.
 Real EnergyAccount::taken_by(const World& world, const Contact& c, Real h) const {
   Vec3 slip[2] = {c.surface_velocity, c.surface_velocity}, spin[2] = {};
   for (const std::uint32_t slot : {c.slot_a, c.slot_b}) {
@@ -256,7 +259,7 @@ Real EnergyAccount::taken_by(const World& world, const Contact& c, Real h) const
   return h * most;
 }
 
-/// Whether it neither moved in the substep nor moves.
+/// Whether the body is at rest now and did not move in the substep.
 bool EnergyAccount::stands(const Body& b, const Start& from) {
   const Vec3 none(0);
   return b.velocity == none && b.angular_velocity == none && from.velocity == none &&
@@ -264,8 +267,8 @@ bool EnergyAccount::stands(const Body& b, const Start& from) {
          b.pose.rotation == from.pose.rotation;
 }
 
-/// Belts and led bodies do work. What overlaps has been pressed together, or was placed so: the
-/// normal force gives it back.
+/// Conveyor surfaces and led bodies do work. Overlap counts as stored elastic energy, which the
+/// normal force releases.
 void EnergyAccount::add_contacts(const World& world, Real h) {
   for (const Contact& c : contacts_of(world)) {
     if (!c.active) continue;
@@ -278,7 +281,7 @@ void EnergyAccount::add_contacts(const World& world, Real h) {
       g.momentum -= h * c.force;
       g.angular -= h * (glm::cross(to_world(a.pose, c.point_a), c.force) + c.torque);
     }
-    // Most contacts are of what sleeps: no work.
+    // Most contacts are between bodies that sleep and do no work.
     if (c.surface_velocity == Vec3(0) && stands(a, from_a) && stands(b, from_b)) continue;
     Real work = -h * glm::dot(c.force, c.surface_velocity);
     const Vec3 way_a = to_world(a.pose, c.point_a) - to_world(from_a.pose, c.point_a),
@@ -307,10 +310,11 @@ void EnergyAccount::add_stores(const World& world, Real h) {
   }
 }
 
-/// Where a body was at the start of the substep and is now, or the point that a pin holds.
+/// The poses of a holder at the start of the substep and now: a body, or the point that a pin
+/// holds.
 EnergyAccount::Way EnergyAccount::way_of(const World& world, std::uint32_t holder) const {
   Way way;
-  if (holder >= kPlaces) {  // it may have to be reached yet
+  if (holder >= kPlaces) {  // the point itself, since the target may not be reached yet
     const Pin& pin = world.pins.values()[holder - kPlaces];
     const std::uint32_t slot = world.bodies.slot(pin.body);
     way.from.position = to_world(bodies_[slot].pose, pin.anchor);
@@ -321,7 +325,7 @@ EnergyAccount::Way EnergyAccount::way_of(const World& world, std::uint32_t holde
   return {bodies_[holder].pose, b.pose, b.velocity - bodies_[holder].velocity};
 }
 
-/// Groups that several hold, one of which moves, and such as winches pull at.
+/// Excludes groups with several holders one of which moves, and groups with a winch.
 void EnergyAccount::leave_out(const World& world) {
   for (const Hold& hold : holds_) {
     Group& g = groups_[sets_.root(hold.body)];
@@ -352,8 +356,8 @@ EnergyAccount::CableState EnergyAccount::state_of(const World& world, std::uint3
   return {c.joint.length, glm::dot(along, velocity_at(*b, on_b) - velocity_at(*a, on_a))};
 }
 
-/// What goes taut takes half of its impulse times the speed that the impulse ends, whatever else
-/// holds its ends.
+/// A cable that becomes taut dissipates half of its impulse times the separation speed that ends,
+/// whatever else constrains its ends.
 void EnergyAccount::add_cable_blows(const World& world, Real h) {
   for (std::uint32_t i = 0; i < cables_.size(); ++i) {
     const Cable& c = world.cables.values()[i];
@@ -368,7 +372,7 @@ void EnergyAccount::add_cable_blows(const World& world, Real h) {
   }
 }
 
-/// What led bodies, and hands that hold a place, do to those that they hold.
+/// The work of led bodies, and of pins with moving targets, on the groups that they hold.
 void EnergyAccount::add_leads(const World& world, Real h) {
   for (const std::uint32_t root : moving_) {
     Group& g = groups_[root];
@@ -378,7 +382,7 @@ void EnergyAccount::add_leads(const World& world, Real h) {
     const Vec3 torque = g.angular - glm::cross(middle, g.momentum);
     const Real work = glm::dot(g.momentum, to.position - from.position) / h +
                       glm::dot(torque, angular_velocity_between(from.rotation, to.rotation, h));
-    // A blow meets the led body at any moment of the substep.
+    // An impulse may occur at any moment of the substep, while the led body changes its velocity.
     const Real unknown = 0.5 * std::abs(glm::dot(g.momentum - g.impulse_before, faster));
     g.change -= work + unknown, g.exchanged += std::abs(work);
     g.impulse_before = g.momentum;
@@ -394,11 +398,11 @@ void EnergyAccount::close(const World& world, Real h) {
     close_flight(world, g, h);
     g.greatest = std::max({g.greatest, g.kinetic, g.kinetic_before});
     if (!g.is_asked) continue;
-    // What is put together in the first step may be lifted, not thrown.
+    // In the first step initial gaps may close, which can lift bodies; only kinetic energy counts.
     g.balance += is_new_ ? std::min(g.change, g.kinetic - g.kinetic_before) : g.change;
     g.least = std::min(g.least, g.balance);
     const Real may = g.slack + kPart * (g.greatest + g.exchanged);
-    // Of what was lost on the way some may have been stored where nobody counts it.
+    // Part of an earlier loss may be stored in a form that is not accounted for.
     const bool thrown = g.balance - g.least > may && g.kinetic > (g.balance - g.least) / 2;
     g.has_gained = (g.balance > may || thrown) && g.gain() > may;
     close_losses(g, h);
@@ -407,7 +411,7 @@ void EnergyAccount::close(const World& world, Real h) {
   }
 }
 
-/// Of what led bodies press: whether it is much faster than they could throw it.
+/// Whether a group under led bodies is much faster than these could have thrown it.
 void EnergyAccount::close_flight(const World& world, Group& g, Real h) const {
   if (is_new_) g.calm = g.kinetic_before;
   const Real fall = kThrowing * glm::length(world.gravity);
@@ -419,7 +423,7 @@ void EnergyAccount::close_flight(const World& world, Group& g, Real h) const {
   g.pressed_at *= 1 - 0.5 * passed;
 }
 
-/// Of what nothing takes energy from; and the angular momentum of what nobody holds.
+/// Updates the losses of groups without dissipation, and the angular momentum of free groups.
 void EnergyAccount::close_losses(Group& g, Real h) {
   const bool is_led = g.held_by != kNobody && g.exchanged > 0;
   g.spent += g.paid;
@@ -431,7 +435,7 @@ void EnergyAccount::close_losses(Group& g, Real h) {
   };
   const Vec3 angular = about_centre(g.now, g.now.angular, g.now.momentum);
   const Vec3 change = angular - about_centre(g.before, g.before.angular, g.before.momentum);
-  const Vec3 centre = 0.5 * (g.before.first + g.now.first) / g.now.mass;  // on the way
+  const Vec3 centre = 0.5 * (g.before.first + g.now.first) / g.now.mass;  // mean over the substep
   const Vec3 twist = g.now.torque - glm::cross(centre, g.now.force);
   g.spin = std::max({g.spin, g.now.spins, glm::length(angular)});
   const bool is_free = g.held_by == kNobody && g.touched == 0 && !g.is_lossy && !g.is_slowed;

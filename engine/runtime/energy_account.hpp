@@ -1,20 +1,21 @@
 #pragma once
-/// An account of the energy of all that is joined or has touched, from outside the solvers.
+/// An energy account for each group of bodies that are joined or have touched, independent of
+/// solvers.
 ///
 ///   balance = energy now - energy at the start - work done      must not grow
 ///
-/// Work is reckoned at its most: of pushes and wind, of motors and drives, of belts, and of bodies
-/// that are led. A led body that alone holds what it leads does
+/// Work is estimated from above: of pushes and wind, of motors and drives, of conveyors and of led
+/// bodies. A led body that is the only holder of a group does
 ///
 ///   work = impulse . velocity + angular impulse . angular velocity
 ///
-/// and the impulses follow from the momentum of what is led, gravity, pushes and contacts. Where
-/// several hold it they do not; the balance is then not asked for. Where nothing takes energy, the
-/// balance must not fall either, but for what contacts take by their forces and the speeds of their
-/// places, and for blows of cables; what nobody holds keeps its angular momentum.
+/// where the impulses follow from the momentum of the group, gravity, pushes and contacts. With
+/// several holders they are indeterminate and the balance is not checked. In a group without
+/// dissipation the balance must not fall either, except by the work of contact forces and the
+/// impacts of cables. A group without holders keeps its angular momentum.
 ///
-/// The work of a led body has no bound: what has no room to give way is given any speed by it. But
-/// a single led body throws nothing faster than its own place twice over, as it sees it.
+/// The work of a led body has no bound: it can give any speed to a body that is wedged. But a
+/// single led body throws nothing faster than twice the speed of its own contact point.
 #include <algorithm>
 #include <span>
 #include <vector>
@@ -29,25 +30,25 @@ struct Contact;
 
 namespace pantin::detail {
 
-/// J, of a body's motion.
+/// The kinetic energy of a body, J.
 Real kinetic_energy(const Body& body);
 
 class EnergyAccount {
  public:
-  /// Before kinematic bodies move.
+  /// Called before kinematic bodies move.
   void begin_substep(const World& world);
-  /// Before the solvers start: from here on nobody else changes motions.
+  /// Called before the solvers start; from here on only they change motions.
   void note_start(const World& world, Real h);
-  /// After them; `h` in s.
+  /// Called after the solvers; `h` in s.
   void end_substep(const World& world, Real h);
 
-  /// What has changed by itself, of one group of bodies.
+  /// An unexplained change of a group of bodies.
   struct Change {
     enum class Kind : std::uint8_t { gain, loss, spin, flight } kind = Kind::gain;
-    Entity body;      // the fastest, when it first happened
+    Entity body;      // the fastest, when it first occurred
     Real amount = 0;  // J, or kg m^2/s of angular momentum
   };
-  /// Calls `tell(change)` for all that changed by more than it may.
+  /// Calls `tell(change)` for all changes that exceed their tolerance.
   template <class Tell>
   void each_change(const World& world, const Tell& tell) const {
     for (const std::uint32_t root : moving_) {
@@ -60,78 +61,80 @@ class EnergyAccount {
       if (g.is_flung) tell(Change{Change::Kind::flight, body(), g.kinetic});
     }
   }
-  /// Whether the balance of a body is asked for.
+  /// Whether the balance of a body is checked.
   bool is_asked(std::uint32_t slot) const;
-  /// J: the most kinetic energy so far of all that a body is joined to or has touched.
+  /// The greatest kinetic energy so far of the group of a body, J.
   Real greatest_of(std::uint32_t slot) {
     return slot < groups_.size() ? groups_[sets_.root(slot)].greatest : 0;
   }
-  /// After end_substep(): how far the coordinates of joints moved.
+  /// The stores after end_substep(), with the motion of each joint coordinate.
   std::span<const EnergyStore> stores() const { return stores_; }
 
  private:
-  /// Who holds a group besides contacts: nobody, one body or place, or several.
+  /// The holder of a group, besides contacts: none, one body or pin, or several.
   static constexpr std::uint32_t kNobody = UINT32_MAX, kSeveral = UINT32_MAX - 1,
                                  kPlaces = 1u << 31;  // from here on: slots of pins
   /// Sums over the bodies of a group at the end of a substep.
   struct Moments {
     Real mass = 0;                           // kg
     Vec3 first{0}, momentum{0}, angular{0};  // kg m, kg m/s, kg m^2/s about the origin
-    Vec3 force{0}, torque{0};                // known ones, N, N m about the origin
-    Real spins = 0;                          // kg m^2/s, of the bodies themselves
+    Vec3 force{0}, torque{0};                // known forces and torques, N, N m about the origin
+    Real spins = 0;                          // kg m^2/s, sum of the bodies' own angular momenta
   };
-  /// Of the bodies that are joined or have touched; by the slot of its first body.
+  /// A group of bodies that are joined or have touched; stored at the slot of its first body.
   struct Group {
     std::uint32_t held_by = kNobody;
     bool is_asked = true, is_lossy = false, is_slowed = false;
     bool has_gained = false, has_lost = false, has_turned = false, is_flung = false;
-    int touched = 0;  // substeps for which something may turn it: contacts, joints that jerk
-    int jerked = 0;   // likewise, for which joints and cables may take energy
-    std::uint32_t fastest = kNoSlot;       // body, when the group first gained
-    Real slack = 0;                        // J, that does not count
-    Real balance = 0, least = 0;           // J; the least so far
-    Real greatest = 0;                     // J, of the kinetic energy so far
-    Real exchanged = 0;                    // J, of work so far, either way
-    Vec3 impulse_before{0};                // N s, of whom it is held by
-    Real change = 0;                       // J, of this substep
+    int touched = 0;  // substeps left in which contacts or closing joints may rotate it
+    int jerked = 0;   // substeps left in which joints and cables may dissipate energy
+    std::uint32_t fastest = kNoSlot;       // body, when a finding first occurred
+    Real slack = 0;                        // J, tolerance
+    Real balance = 0, least = 0;           // J; minimum so far
+    Real greatest = 0;                     // J, kinetic energy
+    Real exchanged = 0;                    // J, sum of the absolute work so far
+    Vec3 impulse_before{0};                // N s, by the holder in the last substep
+    Real change = 0;                       // J, unexplained, of this substep
     Real kinetic = 0, kinetic_before = 0;  // J, at its end and at its start
-    Vec3 momentum{0}, angular{0};          // that no known force explains, of this substep
-    Real paid = 0;                         // J, likewise: what contacts may have taken
-    Real spent = 0;                        // J, all of that so far
-    Real missing = 0;                      // J, lost since something took energy, and not paid
+    Vec3 momentum{0}, angular{0};          // unexplained by known forces, of this substep
+    Real paid = 0;                         // J, of this substep: bound on the dissipation
+    Real spent = 0;                        // J, sum of `paid` so far
+    Real missing = 0;                      // J, unexplained loss since the last dissipation
     Moments before, now;
-    Real spin = 0, slack_spin = 0;  // kg m^2/s, the greatest so far; that does not count
-    Vec3 drift{0};                  // kg m^2/s, of the angular momentum that nothing explains
-    bool is_pressed = false;        // by a led body, in this substep
-    Real pressed_at = 0;            // m/s, the fastest place that one pressed with lately
-    Real worked = 0;                // J, of this substep by what is not led, either way
-    Real calm = 0;                  // J, of the kinetic energy that no led body has thrown
-    Real rise = 0;                  // J, of its energy in this substep, whatever did it
-    Real level = 0, lowest = 0;     // J, of its energy; the least so far
-    /// No more than the energy that is there to be seen.
+    Real spin = 0, slack_spin = 0;  // kg m^2/s: greatest so far; tolerance
+    Vec3 drift{0};                  // kg m^2/s, unexplained angular momentum
+    bool is_pressed = false;        // a led body touched it in this substep
+    Real pressed_at = 0;            // m/s, the fastest pressing contact point of late
+    Real worked = 0;                // J, absolute work in this substep, without led bodies
+    Real calm = 0;                  // J, kinetic energy not due to led bodies
+    Real rise = 0;                  // J, total change of its energy in this substep
+    Real level = 0, lowest = 0;     // J, of its energy; minimum so far
+    /// The energy gain, bounded by the rise of the energy itself.
     Real gain() const { return std::min(balance - std::min(least, Real(0)), level - lowest); }
   };
   struct Start {
-    Pose pose;  // of led bodies before they were led
+    Pose pose;  // of kinematic bodies: before they moved
     Vec3 velocity{0}, angular_velocity{0};
     Real energy = 0, kinetic = 0;  // J
     Vec3 spin{0};                  // kg m^2/s, about its mass centre
     Vec3 force{0}, torque{0};
   };
-  /// Of a body.
+  /// The energies of a body.
   struct Energies {
     Real kinetic = 0, all = 0;  // J
     Vec3 spin{0};               // kg m^2/s, about the mass centre
   };
   static Energies energies_of(const World& world, const Body& body);
-  /// Of bodies of a group, in a substep.
+  /// Sums over consecutive bodies of a group, in a substep.
   struct Sums {
     Moments before, now;                                       // forces: without the weight
     Real kinetic = 0, kinetic_before = 0, rise = 0, paid = 0;  // J: see Group
-    Real work = 0, works = 0;                                  // J, by forces; of their sizes
-    Real weight = 0;                                           // kg, that gravity acts on
-    Vec3 weight_first{0};                                      // kg m, of that on the way
-    Vec3 slowed_spin{0};                                       // N m, by drag
+    Real work = 0, works = 0;                                  // J, by forces; sum of absolute
+                                                               // values
+    Real weight = 0;                                           // kg, subject to gravity
+    Vec3 weight_first{0};                                      // kg m, first moment of it, mean
+                                                               // over the substep
+    Vec3 slowed_spin{0};                                       // N m, of the drag on rotation
     bool is_slowed = false;
   };
 
@@ -140,7 +143,7 @@ class EnergyAccount {
   };
   struct Way {
     Pose from, to;
-    Vec3 faster{0};  // m/s, at the end than at the start
+    Vec3 faster{0};  // m/s, increase over the substep
   };
 
   void compile(const World& world);
@@ -172,16 +175,16 @@ class EnergyAccount {
   DisjointSets sets_{0};
   std::vector<Start> bodies_;
   std::vector<Group> groups_;
-  std::vector<std::uint32_t> moving_;     // roots of the groups that are not wholly asleep
+  std::vector<std::uint32_t> moving_;     // roots of the groups with a body that is awake
   std::vector<std::uint32_t> moving_in_;  // by root: the substep in which it was listed
   std::uint32_t substep_ = 0;
   std::uint64_t rest_version_ = 0;  // Partition::rest_version when all starts were noted
   std::vector<EnergyStore> stores_;
   std::vector<Hold> holds_;
-  /// How a cable was.
+  /// The state of a cable.
   struct CableState {
-    Real length = 0;  // m, that it may have
-    Real rate = 0;    // m/s, at which its ends part
+    Real length = 0;  // m, length at which it is taut
+    Real rate = 0;    // m/s, separation speed of its ends
   };
   static CableState state_of(const World& world, std::uint32_t cable);
   std::vector<CableState> cables_;  // after the last substep

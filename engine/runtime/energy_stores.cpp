@@ -15,7 +15,7 @@ BodyState state_of(const Body& b) {
           b.angular_velocity};
 }
 
-/// Of a force that grows as `stiffness * off` up to `cap`.
+/// The energy of a spring whose force is `stiffness * off`, at most `cap`.
 Real energy_of(Real stiffness, Real off, Real cap) {
   off = std::abs(off);
   if (stiffness * off <= cap) return 0.5 * stiffness * off * off;
@@ -45,14 +45,14 @@ Real energy_of(const Dof& dof, Real x) {
   return sum;
 }
 
-/// The most that a motor that holds a speed can have done at rates between `low` and `high`, W.
+/// The greatest power of a velocity motor at rates between `low` and `high`, W.
 Real most_power(const JointMotor& motor, Real low, Real high) {
   if (low > high) std::swap(low, high);
   const auto power = [&](Real rate) {
     return std::clamp(motor.gain * (motor.target - rate), -motor.cap, motor.cap) * rate;
   };
-  // Without the cap the power is a parabola about half the target; with it, it grows up to where
-  // the cap ends.
+  // Without the cap the power is a parabola with its peak at half the target. With it, the power
+  // grows up to where the cap ends.
   const Real slack = motor.gain > 0 ? motor.cap / motor.gain : 0;
   Real most = std::max(power(low), power(high));
   for (const Real at : {motor.target / 2, motor.target - slack, motor.target + slack})
@@ -60,7 +60,7 @@ Real most_power(const JointMotor& motor, Real low, Real high) {
   return most;
 }
 
-/// From the drive's target to where the joint is, rad.
+/// The angle from the drive's target to the present rotation of the joint, rad.
 Real off_target(Quat turn, Quat target) {
   return glm::length(rotation_vector(glm::conjugate(target) * turn));
 }
@@ -84,21 +84,21 @@ Real energy_of(const World& world, const Cable& c) {
   return energy_of(c.joint, stretch_of(c, pose_of));
 }
 
-/// From the point to `target`.
+/// The vector from the point to `target`.
 Vec3 gap_of(const World& world, const Pin& p, Vec3 target) {
   const Vec3 to = p.to ? to_world(world.bodies[p.to].pose, target) : target;
   return to - to_world(world.bodies[p.body].pose, p.anchor);
 }
 
-/// Its energy is that towards where the target was before: what moves the target does work.
+/// The energy at the previous target, so that a moving target does work.
 void begin_pin(const World& world, EnergyStore& s) {
   const Pin& p = world.pins.values()[s.slot];
   s.gap = gap_of(world, p, s.place);
   s.energy = 0.5 * p.stiffness * glm::dot(s.gap, s.gap);
 }
 
-/// At most done on a pin's target: the pull as at the start or as at the end, and what the damper
-/// hands on.
+/// An upper bound on the work of a moving target: by the force at the start or at the end, plus the
+/// force that the damper transmits.
 Real work_of_target(const World& world, const EnergyStore& before, const EnergyStore& now, Real h) {
   const Pin& p = world.pins.values()[now.slot];
   const Vec3 way = now.place - before.place;
@@ -107,7 +107,7 @@ Real work_of_target(const World& world, const EnergyStore& before, const EnergyS
          p.damping / 4 * glm::dot(way, way) / h;
 }
 
-/// The slot of a dynamic one of the bodies, or kNoSlot; that too where one is gone.
+/// The slot of a dynamic body among these, or kNoSlot; kNoSlot also if one is gone.
 std::uint32_t dynamic_of(const World& world, std::initializer_list<Entity> bodies) {
   std::uint32_t found = kNoSlot;
   for (const Entity e : bodies) {
@@ -213,7 +213,7 @@ StoreChange end_store(const World& world, EnergyStore& s, Real h) {
       change.worked = h * most_power(motor, low, high);
     }
   } else if (s.kind == EnergyStore::Kind::drive) {
-    // By how far the target moves it does work on what is held, as at the start or as at the end.
+    // A moving target does work on the joint: by the torque at the start or at the end.
     const JointDrive& drive = world.joint_drives.values()[s.slot];
     s.target = target_at(drive, world.time + h);
     s.energy = energy_of(drive, s.turn, s.target);

@@ -1,7 +1,7 @@
 #pragma once
-/// What stores energy between bodies or does work on them: springs, motors, drives and soft stops
-/// of joints, elastic cables, spring pins. Reckoned from poses and velocities alone, whatever the
-/// solver.
+/// Elements that store energy between bodies or do work on them: springs, motors, drives and soft
+/// stops of joints, elastic cables, spring pins. Evaluated from poses and velocities alone,
+/// whatever the solver.
 #include <vector>
 
 #include "engine/joints/coordinates.hpp"
@@ -9,7 +9,7 @@
 
 namespace pantin::detail {
 
-/// One of them. Values are those at the start of a substep.
+/// One such element. Values are those at the start of a substep.
 struct EnergyStore {
   enum class Kind : std::uint8_t {
     coordinate,
@@ -21,20 +21,22 @@ struct EnergyStore {
   Coordinate along = Coordinate::angle;  // of kind `coordinate`
   std::uint32_t slot = 0;  // in the store of joints (soft stops too), drives, cables or pins
   std::uint32_t body = 0;  // slot of a dynamic body that it acts on
-  Real x = 0, rate = 0;    // the coordinate; from step to step, so that turns count
-  Real moved = 0;          // by how much in the last substep
+  Real x = 0, rate = 0;    // the coordinate, tracked from step to step to count whole turns; its
+                           // rate
+  Real moved = 0;          // change of the coordinate in the last substep
   Quat turn{1, 0, 0, 0}, target{1, 0, 0, 0};  // of a drive
-  Vec3 gap{0}, place{0};                      // of a pin, to where its target was; that
+  Vec3 gap{0}, place{0};                      // of a pin: vector to its previous target; that
+                                              // target
   Real energy = 0;                            // J
 };
 
-/// What happened to a store in a substep, J.
+/// Energy exchanged by a store in a substep, J.
 struct StoreChange {
-  Real stored = 0;  // more than before
-  Real worked = 0;  // at most done on the bodies by motors and by targets that moved
+  Real stored = 0;  // increase of the stored energy
+  Real worked = 0;  // upper bound on the work of motors and moving targets on the bodies
 };
 
-/// All that can act on a dynamic body, at the present poses.
+/// Lists all such elements that act on a dynamic body, at the present poses.
 void list_stores(const World& world, std::vector<EnergyStore>& stores);
 /// Notes the start of a substep.
 void begin_store(const World& world, EnergyStore& store);

@@ -1,4 +1,4 @@
-// Sums of energies and momenta over the bodies of each group, for the account of energy.
+// Sums of energies and momenta over the bodies of each group, for the energy account.
 #include <algorithm>
 #include <cmath>
 
@@ -9,11 +9,11 @@
 namespace pantin::detail {
 namespace {
 
-/// Before, after and on the way.
+/// Velocity before, after and in the mean of the substep.
 struct Speeds {
   Vec3 before, after, mean;
 };
-/// The most of a force times speed, W.
+/// The largest of the powers of a force at these velocities, W.
 Real most_power(Vec3 force, const Speeds& v) {
   return std::max({glm::dot(force, v.mean), glm::dot(force, v.before), glm::dot(force, v.after)});
 }
@@ -36,7 +36,7 @@ EnergyAccount::Energies EnergyAccount::energies_of(const World& world, const Bod
   return e;
 }
 
-/// Bodies follow one another as they were added: mostly those of a group.
+/// Sums consecutive bodies first: bodies of one group are mostly stored side by side.
 void EnergyAccount::add_bodies(const World& world, Real h) {
   Sums sums;
   std::uint32_t root = kNoSlot;
@@ -68,7 +68,7 @@ void EnergyAccount::add_body(const World& world, std::uint32_t slot, Real h, Sum
   if (!is_forced && b.drag == 0) return;
   const Vec3 way = (b.pose.position - s.pose.position) / h;
   const Vec3 middle = 0.5 * (b.pose.position + s.pose.position);
-  const Vec3 known = s.force - b.drag * b.mass * way;  // N, but for the weight
+  const Vec3 known = s.force - b.drag * b.mass * way;  // N, without the weight
   sums.now.force += known, sums.now.torque += glm::cross(middle, known) + s.torque;
   sums.slowed_spin += 0.5 * b.drag * (e.spin + s.spin);
   sums.paid += 2 * h * b.drag * std::max(e.kinetic, s.kinetic);

@@ -9,11 +9,11 @@
 namespace pantin::detail {
 namespace {
 
-/// Less of a step than this is rounding: a push from one step boundary to another wakes nobody in
-/// the step after it.
+/// Fractions of a step below this are rounding: a push that ends on a step boundary must not wake
+/// bodies in the following step.
 constexpr Real kSliver = 1e-9;
 
-// ---- What happens at one moment ----
+// ---- Instantaneous events ----
 
 /// Whether it is due and has not begun.
 bool is_due(const EventStep& step, const TimedEvent& event) {
@@ -36,7 +36,7 @@ void begin(const EventStep& step, TimedEvent& event) {
       event.kind);
 }
 
-/// Begins what is due, the earliest first, of equals that which was added first.
+/// Begins due events, the earliest first; ties go to the one that was added first.
 void begin_due(const EventStep& step, std::span<TimedEvent> events) {
   for (;;) {
     TimedEvent* next = nullptr;
@@ -47,9 +47,9 @@ void begin_due(const EventStep& step, std::span<TimedEvent> events) {
   }
 }
 
-// ---- What goes on over a while ----
+// ---- Events that continue over time ----
 
-/// Wakes what a joint or cable ties.
+/// Wakes the bodies that a joint or cable connects.
 void rouse_ends(World& world, Entity tie) {
   if (const Link* l = world.links.find(tie)) rouse(world, l->a), rouse(world, l->b);
   if (const Cable* c = world.cables.find(tie)) rouse(world, c->a), rouse(world, c->b);
@@ -69,7 +69,7 @@ void change(const EventStep& step, const Changes auto& e, EventProgress& progres
 
 // ---- Forces ----
 
-/// Blows that are due by now and have not struck yet.
+/// Applies the impulses that are due and have not been applied yet.
 void strike(const EventStep& step, const Strikes auto& e, EventProgress& progress) {
   if (!step.begins(e.at)) return;
   Real due = 1;
@@ -81,7 +81,7 @@ void strike(const EventStep& step, const Strikes auto& e, EventProgress& progres
   e.strike(step, left);
 }
 
-/// The part of the substep in which it acts.
+/// Applies the event for its fraction of the substep.
 void act(const EventStep& step, const Lasts auto& e, EventProgress& progress) {
   progress.done = e.every == 0 && step.from >= e.to;
   if (progress.done) return;

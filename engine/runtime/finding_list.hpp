@@ -1,5 +1,5 @@
 #pragma once
-/// Findings of a run, each kind once for each body, joint or cable, in the order of time.
+/// Findings of a run, one of each kind for each body, joint or cable, in the order of time.
 #include <algorithm>
 #include <array>
 #include <span>
@@ -9,16 +9,16 @@
 
 namespace pantin::detail {
 
-/// Takes its memory when it is opened; what does not fit is counted with what is there.
+/// Allocates when it is opened. If it is full, further findings are counted with existing ones.
 class FindingList {
  public:
   void open() {
     if (findings_.capacity() == 0) findings_.reserve(kKinds * kMostOfKind);
     noted_.reserve(findings_.capacity());
   }
-  /// From here on things are found at `time`, s.
+  /// Sets the time of the following findings, s.
   void set_time(Real time) { time_ = time; }
-  /// What is found again after this counts as found in one step more.
+  /// Ends a step: later notes of the same finding count as one step more.
   void end_step() { ++step_; }
 
   void note(FindingKind kind, Entity where, Real amount) {
@@ -43,7 +43,7 @@ class FindingList {
                                kKinds = static_cast<std::size_t>(last_of(FindingKind{})) + 1;
 
   std::vector<Finding> findings_;
-  std::vector<std::uint64_t> noted_;  // the step in which each was last
+  std::vector<std::uint64_t> noted_;  // the step in which each was last noted
   std::array<std::size_t, kKinds> counts_{};
   Real time_ = 0;
   std::uint64_t step_ = 0;

@@ -9,7 +9,7 @@ using namespace detail;
 
 namespace {
 
-/// Energy of elastic cables and spring pins, J; of those that can move a body.
+/// Energy of elastic cables and spring pins that can move a body, J.
 Real energy_of_ties(const World& world) {
   const auto moves = [&](Entity e) {
     const Body* b = world.bodies.find(e);

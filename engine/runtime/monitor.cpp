@@ -9,12 +9,13 @@
 namespace pantin::detail {
 namespace {
 
-/// s, and the part of it: what happens more often than that is a habit.
+/// Time constant of the average, s, and the fraction of time above which an incident counts as
+/// frequent.
 constexpr Real kLately = 1, kOften = 0.05;
-/// Of the kinetic energy: so much may be taken away in a second.
+/// Tolerated loss to the energy limiter in a second, as a fraction of the kinetic energy.
 constexpr Real kLittle = 0.25;
-/// Of the energy that there ever was, and of a body's radius of gyration: what lifts it so high, or
-/// moves it so far in a second, is nothing.
+/// Tolerances: a fraction of the greatest energy so far, and a fraction of a body's radius of
+/// gyration. A lift by that distance, or a motion by it in a second, is negligible.
 constexpr Real kTrifle = 1e-3, kLift = 0.03;
 
 FindingKind kind_of(EnergyAccount::Change::Kind kind) {
@@ -49,7 +50,7 @@ void Monitor::note_start(const World& world, Real h) {
   energy_.note_start(world, h), contacts_.note_start(world);
 }
 
-/// What was changed within the substep is looked at from the next one on.
+/// Changes made within the substep are monitored from the next one on.
 void Monitor::end_substep(const World& world, Real h) {
   energy_.end_substep(world, h);
   if (built_for_ != world.structure()) return;
@@ -58,7 +59,7 @@ void Monitor::end_substep(const World& world, Real h) {
   contacts_.end_substep(world, h, found_);
 }
 
-/// Whether it matters beside what the island that is limited most has.
+/// Whether the loss is significant for the island from which the limiter removed most.
 bool Monitor::is_much_removed(const World& world, const StepReport& report, Real kept) {
   energies_.removed = kept * energies_.removed + report.energy_removed, energies_.kinetic *= kept;
   if (!(report.energy_removed > 0)) return false;
@@ -78,7 +79,8 @@ bool Monitor::is_much_removed(const World& world, const StepReport& report, Real
   return energies_.removed > slack + kLittle * energies_.kinetic;
 }
 
-/// Part of the time lately, weighted by how long ago it was.
+/// Updates the exponentially weighted fraction of time of each incident, and notes the frequent
+/// ones.
 void Monitor::check_habits(const World& world, const StepReport& report, Real h) {
   const Real kept = std::exp(-h / kLately);
   const bool is_much = is_much_removed(world, report, kept);
@@ -94,7 +96,7 @@ void Monitor::check_habits(const World& world, const StepReport& report, Real h)
 
 void Monitor::end_step(const World& world, Real h, StepReport& report) {
   found_.set_time(world.time);
-  if (built_for_ != world.structure()) compile(world);  // before the first substep has begun
+  if (built_for_ != world.structure()) compile(world);  // no substep has begun yet
   energy_.each_change(world, [&](const EnergyAccount::Change& change) {
     found_.note(kind_of(change.kind), change.body, change.amount);
   });

@@ -1,5 +1,5 @@
 #pragma once
-/// Watches the steps of a World from outside the solvers and lists what makes the result doubtful.
+/// Monitors the steps of a World from outside the solvers and lists what makes the result doubtful.
 #include <span>
 
 #include "engine/runtime/energy_account.hpp"
@@ -12,27 +12,28 @@
 
 namespace pantin::detail {
 
-/// Each kind once for each body, joint or cable, in the order of time. Takes memory when the
-/// structure changes, and for nothing else.
+/// One finding of each kind for each body, joint or cable, in the order of time. Allocates only
+/// when the structure changes.
 class Monitor {
  public:
   /// In each substep: see EnergyAccount.
   void begin_substep(const World& world);
   void note_start(const World& world, Real h);
   void end_substep(const World& world, Real h);
-  /// At the end of a step of `h` seconds; counts what is new in the report.
+  /// Called at the end of a step of `h` seconds; counts new findings in the report.
   void end_step(const World& world, Real h, StepReport& report);
-  /// Another World is in place: its energy is balanced from here on.
+  /// The World was replaced: its energy account starts again.
   void start_again() {
     if (built_for_ != 0) energy_ = {}, built_for_ = 0;
   }
 
   std::span<const Finding> findings() const { return found_.all(); }
-  /// Bodies whose balance of energy is not asked for; see EnergyAccount.
+  /// The energy account, which knows the bodies whose balance is not checked.
   const EnergyAccount& energy() const { return energy_; }
 
  private:
-  /// Something that may happen now and then: its part of the last second, and all that there was.
+  /// An incident that is tolerated if rare: its fraction of the last second, and its sum over the
+  /// run.
   struct Habit {
     Real part = 0, amount = 0;
   };
@@ -52,7 +53,7 @@ class Monitor {
   FindingList found_;
   Lately energies_;
   Habit limited_, rescued_, unsolved_;
-  std::size_t found_before_ = 0;  // findings at the end of the step before
+  std::size_t found_before_ = 0;  // findings at the end of the previous step
   std::uint64_t built_for_ = 0;
 };
 

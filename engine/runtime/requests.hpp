@@ -1,14 +1,15 @@
 #pragma once
-/// What a program asked of the step to come: see engine/world/requests.hpp.
+/// Applies the requests of a program to the next step: see engine/world/requests.hpp.
 #include "engine/world/requests.hpp"
 
 namespace pantin::detail {
 
-/// At the start of a substep of `h` seconds: blows become forces that last it; pairs whose time has
-/// come collide again, and wake. Pairs of bodies that are gone are forgotten.
+/// Called at the start of a substep of `h` seconds. Impulses become forces for that substep.
+/// Ignored pairs whose time has come collide again, and wake; pairs of destroyed bodies are
+/// removed.
 void apply_requests(World& world, Real h);
 
-/// Wakes a body that sleeps; false if it does not. What is awake goes on as it does.
+/// Wakes a body that sleeps; returns false if it is awake.
 bool rouse(World& world, Entity body);
 
 }  // namespace pantin::detail

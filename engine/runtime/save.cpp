@@ -27,7 +27,7 @@ using namespace detail;
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x444c524f574e5450;  // "PTNWORLD", where the low byte comes first
+constexpr std::uint64_t kMagic = 0x444c524f574e5450;  // "PTNWORLD", low byte first
 constexpr std::uint32_t kVersion = 1;
 
 /// Header of the file.
@@ -35,8 +35,8 @@ struct Header {
   std::uint64_t magic = kMagic;
   std::uint32_t version = kVersion;
   std::uint64_t layout = 0;    // fields_fingerprint of the World
-  std::uint64_t size = 0;      // of the rest, bytes
-  std::uint64_t checksum = 0;  // of the rest
+  std::uint64_t size = 0;      // of the rest of the file, bytes
+  std::uint64_t checksum = 0;  // of the rest of the file
 
   static void fields(auto& self, auto&& field) {
     field("magic", self.magic);
@@ -184,7 +184,7 @@ Result<std::string> bytes_of(World& current, Saved* saved) {
 }  // namespace
 
 Result<std::string> world_to_bytes(const World& world, Saved* saved) {
-  World current = world;  // with islands that fit the components, as the next step would make them
+  World current = world;  // its islands match the components, as the next step would make them
   drop_strays(current), normalise_rotations(current);
   compile_if_changed(current);
   current.entities.write_out();
@@ -192,11 +192,11 @@ Result<std::string> world_to_bytes(const World& world, Saved* saved) {
   like.user = current.user;
   Result<std::string> bytes = bytes_of(current, saved);
   if (!bytes || world_from_bytes(*bytes, like)) return bytes;
-  // What solvers remember does not fit components that were changed without mark_dirty().
+  // The memory of solvers does not match components that were changed without mark_dirty().
   current.mark_dirty(), compile_if_changed(current);
   bytes = bytes_of(current, nullptr);
   const Result<World> read = world_from_bytes(*bytes, std::move(like), "save_world");
-  if (!read) return read.errors();  // what cannot be read is not written
+  if (!read) return read.errors();  // do not write a file that cannot be read
   return bytes;
 }
 
@@ -218,13 +218,13 @@ Result<World> world_from_bytes(std::string_view bytes, World like, std::string_v
   World world;
   world.user = std::move(like.user);
   laminas_of(world), events_of(world), world.store<Impulse>(),
-      world.store<IgnoredPair>();  // of the engine's own, kept like those of users
+      world.store<IgnoredPair>();  // an internal type that is stored like user components
   from.read(world);
   if (!from.ok()) return error(stage, from.fault());
   if (std::string why = check_components(world); !why.empty()) return error(stage, why);
   if (std::string why = check_numbers(world); !why.empty()) return error(stage, why);
   if (std::string why = read_user(from, world); !why.empty()) return error(stage, why);
-  // Which solver steps what comes first: the memory of the others fits islands of those.
+  // The partition is read first: the memory of each solver must match its islands.
   Memories first;
   first.of<Takeovers>();
   FieldReader ahead = from;
@@ -239,7 +239,8 @@ Result<World> world_from_bytes(std::string_view bytes, World like, std::string_v
   for (const SolverRow* solver : kSolvers)
     if (const char* why = solver->fault(world))
       return error(stage, std::string("memory of ") + solver->name + ' ' + why);
-  // The islands' settings were read after their scratch memory was allocated; a copy has none.
+  // Settings of the islands were read after their scratch memory was allocated; a copy starts
+  // without it.
   return World(std::as_const(world));
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// A running World in a file: what goes on from it does so with the same bits.
+/// Saves a running World to a file; a loaded World continues bit for bit.
 #include <string>
 #include <string_view>
 #include <vector>
@@ -9,24 +9,24 @@
 
 namespace pantin {
 
-/// What save_world had to leave behind.
+/// What save_world had to leave out.
 struct Saved {
-  std::vector<std::string> left_out;  // components of your own without `fields`: looks, remarks
+  std::vector<std::string> left_out;  // user component types without `fields`
 };
 
-/// Writes all of a World: components, names, materials, and what the solvers remember. The file
-/// replaces an older one only once it is whole. Settings of the steps and systems are no part of
-/// it; joints of a kind of your own (CustomJoint) cannot be saved and are refused.
+/// Writes the whole World: components, names, materials and solver memory. The file replaces an
+/// older one only once it is complete. Step settings and systems are not saved. A joint of a kind
+/// of your own (CustomJoint) cannot be saved: an error.
 ///
-/// The file is for this version on this kind of machine: another one refuses it.
+/// Only this version on this kind of machine can load the file.
 Result<Saved> save_world(const World& world, const std::string& path);
 
-/// The World of a file. `like` has a store of each component type of yours that the file holds,
-/// made by `like.store<T>()`; nothing else of it is used. A file of another version, one that was
-/// cut off or changed is refused with one line.
+/// Loads a World. `like` has a store, made by `like.store<T>()`, for each of your component types
+/// in the file; nothing else of it is used. A file of another version, and one that is truncated or
+/// was changed, is an error of one line.
 Result<World> load_world(const std::string& path, World like = {});
 
-/// load_world<Wind, Glow>("run.world"): with the component types of yours.
+/// load_world<Wind, Glow>("run.world"): with your component types.
 template <class First, class... Rest>
 Result<World> load_world(const std::string& path) {
   World like;

@@ -41,7 +41,7 @@ MonitorBox::~MonitorBox() = default;
 bool is_asleep(const World& world, Entity body) {
   const std::uint32_t slot = world.bodies.slot(body);
   if (slot == kNoSlot) return false;
-  // Slots are those of the last build.
+  // The partition uses the slots of its last build.
   const Owner owner = owner_of(partition_of(world), world.bodies.slot_then(slot));
   return owner && kSolvers[owner.solver]->sleeps(world, owner.island);
 }
@@ -65,14 +65,14 @@ Result<Done> Simulation::remove(std::string_view name) {
 }
 
 StepReport Simulation::take_step(StartPoses* start) {
-  if (stepping_) {  // by a system
+  if (stepping_) {  // called by a system
     StepReport refused;
     refused.status = Status::system_failed;
     refused.tick = world.tick, refused.time = world.time;
     return refused;
   }
   stepping_ = true;
-  if (!settings.watch) monitor_.get()->start_again();  // it knows nothing of these steps
+  if (!settings.watch) monitor_.get()->start_again();  // the monitor has not seen these steps
   const StepReport report =
       step_world(world, settings, systems_,
                  {timing ? &times : nullptr, start, settings.watch ? monitor_.get() : nullptr});

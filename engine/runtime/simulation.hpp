@@ -16,33 +16,33 @@ namespace pantin {
 
 struct StepSettings {
   Real h = 1.0 / 60;     // s
-  int substeps = 1;      // equal parts each step is taken in
+  int substeps = 1;      // equal parts into which each step is divided
   int threads = 1;       // islands are distributed over threads; the result does not depend on it
   bool measure = false;  // fill StepReport::measures after each step
   bool watch = false;    // list what makes the result doubtful: see Simulation::findings()
-  /// Threads of a program's own, instead of `threads`: called with the islands of each stage. The
-  /// result does not depend on how they are distributed, nor on how many there are.
+  /// The program's own thread pool, instead of `threads`: called with the islands of each stage.
+  /// The result does not depend on their distribution, nor on the number of threads.
   RunJobs run_jobs = {};
-  /// Whether two bodies collide: asked once when they come near each other, so near that they may
-  /// touch within the step, and again when they have parted; not of bodies that groups, joints or
-  /// ignore() keep apart, of sensors, or of laminas and fingers. Bodies are asked about in the
-  /// order of World::bodies, under Solver::planar in the order in which they touch, on the thread
-  /// that steps. Answers are kept and saved with the World. It must depend on nothing that a saved
-  /// World has not, if what is loaded is to go on alike; it changes nothing. What it throws ends
-  /// the step (Status::aborted).
+  /// Decides whether two bodies collide. It is called once when two bodies come so near that they
+  /// may touch within the step, and again after they have separated. It is not called for pairs
+  /// that groups, joints or ignore() exclude, for sensors, or for laminas and fingers.
   ///
-  /// Costs one search among the pairs that are near for each of them; what it refuses costs its
-  /// narrow phase while it is near.
+  /// Calls come in the order of World::bodies, under Solver::planar in the order of contact, on the
+  /// thread that steps. Results are kept and saved with the World. For a loaded World to continue
+  /// alike, the filter must depend only on data saved with it; it must change nothing. An exception
+  /// ends the step (Status::aborted).
+  ///
+  /// Cost: one look-up for each near pair; a refused pair costs its narrow phase while it is near.
   ContactFilter filter = {};
 };
 
-/// The shortest and the longest substep that is taken, s.
+/// The shortest and the longest substep, s.
 inline constexpr Real kShortestStep = 1e-12, kLongestStep = 1e6;
 
 namespace detail {
 
 class Monitor;
-/// Holds one; copies are deep.
+/// Owns a monitor; copies are deep.
 class MonitorBox {
  public:
   MonitorBox();
@@ -62,11 +62,11 @@ struct StageTimes {
   Real drive = 0, update = 0, contacts = 0, adjust = 0, measure = 0;
 };
 
-/// Poses of bodies before a step. Kept by entity: slots change when bodies come and go.
+/// Poses of bodies before a step, stored by entity: slots change when bodies are added or removed.
 class StartPoses {
  public:
   void take(const World& world);
-  /// Null for a body that was not there.
+  /// Null for a body that did not exist.
   const Pose* find(Entity body) const { return has(body) ? &kept_[body.index].pose : nullptr; }
   void replace(Entity body, const Pose& by) {
     if (has(body)) kept_[body.index].pose = by;
@@ -84,40 +84,40 @@ class StartPoses {
   std::vector<Kept> kept_;  // by index of the entity
 };
 
-/// What is recorded of a step besides its report, where there is room for it.
+/// Optional records of a step besides its report.
 struct StepRecord {
   StageTimes* times = nullptr;
-  /// Poses at the start; a body that a system teleports before the update gets the place where it
-  /// lands.
+  /// Poses at the start of the step. A body that a system teleports before the update is recorded
+  /// where it arrives.
   StartPoses* start = nullptr;
   Monitor* monitor = nullptr;
 };
 
-/// One whole step: drive, update, contacts, adjust, measure. Never throws, never prints; allocates
-/// nothing once the structure is known. A step of zero or non-finite length does nothing; one whose
-/// substeps are out of bounds does nothing either, and says so (Status::bad_clock).
+/// One whole step: drive, update, contacts, adjust, measure. Never throws or prints; allocates
+/// nothing once the structure is known. A step of zero or non-finite length does nothing. One whose
+/// substeps are out of bounds does nothing either and reports Status::bad_clock.
 ///
 /// Systems may create and destroy anything at any stage. Unchanged islands keep their state;
-/// changed ones start afresh from the present motion of their bodies. After before_drive and
-/// before_update the whole substep knows the change. After before_contacts and before_adjust
-/// islands of the articulated solver are predicted anew; islands that were changed there go on with
-/// the next substep.
+/// changed ones restart from the present motion of their bodies. Changes made before_drive and
+/// before_update apply to the whole substep. After before_contacts and before_adjust, islands of
+/// the articulated solver are predicted again; islands that changed there continue with the next
+/// substep.
 StepReport step_world(World& world, const StepSettings& settings, const Systems& systems,
                       const StepRecord& record = {}) noexcept;
 
 }  // namespace detail
 
-/// Whether a body rests and costs nothing until something wakes it; false for one that is not
+/// Whether a body sleeps, at no cost until something wakes it; false for a body that is not
 /// dynamic.
 bool is_asleep(const World& world, Entity body);
 
-/// Whether a step can use more than one thread in this build.
+/// Whether this build supports more than one thread.
 bool has_threads();
 
 /// Measures of the present state.
 Measures measure(const World& world);
 
-/// Where to draw a body: the frame that it was placed by (World::origins), world.
+/// The pose to draw a body at: of its own frame (World::origins), in world axes.
 struct DrawnPose {
   Entity body;
   float position[3] = {0, 0, 0};     // m
@@ -127,17 +127,17 @@ struct DrawnPose {
 /// Result of advance().
 struct Advance {
   int steps = 0;      // whole steps taken
-  Real fraction = 0;  // of the next step that has passed, in [0, 1): for interpolation
-  Real dropped = 0;   // s of wall time given up by the cap on catching up
-  StepReport report;  // of the last step; status of the first that failed
+  Real fraction = 0;  // of the next step that has elapsed, in [0, 1): for interpolation
+  Real dropped = 0;   // s of wall time dropped by the cap on catching up
+  StepReport report;  // of the last step; with the status of the first that failed
 };
 
-/// A World that is stepped at a fixed rate. It takes a World over:
+/// A World that is stepped at a fixed rate. It takes ownership of the World:
 ///
 ///   Simulation simulation(std::move(world), {1.0 / 120});
 ///   simulation.world.destroy(crate);
 ///
-/// What is added, changed and asked from then on is `simulation.world`.
+/// From then on `simulation.world` is the one to change and to read.
 class Simulation {
  public:
   explicit Simulation(World&& start = {}, StepSettings how = {})
@@ -145,7 +145,7 @@ class Simulation {
   [[deprecated("copies: say Simulation::copy_of(world), or std::move(world)")]]  //
   explicit Simulation(const World& start, StepSettings how = {})
       : Simulation(World(start), std::move(how)) {}
-  /// Steps a copy; the World stays as it is.
+  /// Steps a copy; the original World is unchanged.
   static Simulation copy_of(const World& start, StepSettings how = {}) {
     return Simulation(World(start), std::move(how));
   }
@@ -155,11 +155,11 @@ class Simulation {
   int most_steps = 4;  // cap on catching up in one advance()
 
   /// Adds a user system at a stage of the step. Systems are inserted and removed between steps;
-  /// within one that is refused.
+  /// within one it is an error.
   Result<Done> insert(Stage stage, System system);
-  /// Adds one that has a name, and an order among its neighbours.
+  /// Adds a system with a name and an order relative to others.
   Result<Done> insert(Stage stage, SystemOrder order, System system);
-  /// Removes the system of that name; refuses where there is none.
+  /// Removes the system of that name; an error if there is none.
   Result<Done> remove(std::string_view name);
 
   /// One whole step.
@@ -168,22 +168,22 @@ class Simulation {
   /// Takes as many whole steps as fit into `wall_seconds` plus the remainder of earlier calls.
   Advance advance(Real wall_seconds);
 
-  /// Interpolated pose of a body between the last two steps of advance(); a body that was
-  /// teleported or added since is where it is.
+  /// Interpolated pose of a body between the last two steps of advance(). A body that was
+  /// teleported or added since has its present pose.
   Pose interpolated(Entity body, Real fraction) const;
 
-  /// All bodies as `interpolated` has them, by their own frames, in the order of World::bodies.
-  /// Good until the next call.
+  /// The interpolated poses of all bodies, in their own frames, in the order of World::bodies.
+  /// Valid until the next call.
   std::span<const DrawnPose> drawn_poses(Real fraction);
 
-  /// The dynamic bodies that do not sleep, in the order of World::bodies. Good until the next call.
+  /// The dynamic bodies that are awake, in the order of World::bodies. Valid until the next call.
   std::span<const Entity> awake_bodies();
 
-  /// What made results doubtful in the steps that StepSettings::watch was set for, by kind and
-  /// place; kinds are in engine/world/findings.hpp.
+  /// The findings of the steps with StepSettings::watch, by kind and place; kinds are in
+  /// engine/world/findings.hpp.
   std::span<const Finding> findings() const;
-  /// Whether the energy of a body can be balanced; not where several bodies hold a mechanism and
-  /// one of them is moved.
+  /// Whether the energy of a body can be balanced. It cannot if several bodies hold a mechanism and
+  /// one of them moves.
   bool is_energy_checked(Entity body) const;
 
   detail::StageTimes times;  // filled when `timing` is set

@@ -1,4 +1,4 @@
-// The order of one step.
+// The schedule of one step.
 #include <algorithm>
 #include <chrono>
 
@@ -18,8 +18,8 @@
 namespace pantin::detail {
 namespace {
 
-/// Moves kinematic bodies to the poses of their paths at the end of the step. Those whose path is
-/// not finite there stay, at rest; the first is reported.
+/// Moves kinematic bodies to the poses of their paths at the end of the step. If the path is not
+/// finite there, the body stays at rest; the first such body is reported.
 void move_kinematic_bodies(World& world, Real h, StepReport& report) {
   const Real until = world.time + h;
   for (std::size_t i = 0; i < world.paths.size(); ++i) {
@@ -38,8 +38,8 @@ void move_kinematic_bodies(World& world, Real h, StepReport& report) {
   }
 }
 
-/// Reports the first dynamic body with impossible numbers. Where they became so without
-/// mark_dirty(), the World is compiled anew, which keeps its island where it is.
+/// Reports the first dynamic body with impossible numbers. If they changed without mark_dirty(),
+/// the World is compiled again, which freezes the island of that body.
 void check_dynamic_bodies(World& world, StepReport& report) {
   const Partition& partition = partition_of(world);
   bool is_stale = false;
@@ -53,7 +53,7 @@ void check_dynamic_bodies(World& world, StepReport& report) {
   if (is_stale) world.mark_dirty(), compile_if_changed(world);
 }
 
-/// Reports the first kinematic body that the caller gave a pose or a velocity that is none.
+/// Reports the first kinematic body with an invalid pose or velocity set by the caller.
 void check_kinematic_bodies(const World& world, StepReport& report) {
   for (std::uint32_t slot : partition_of(world).kinematic) {
     const Body& b = world.bodies.values()[slot];
@@ -71,7 +71,7 @@ void note_teleports(const World& world, StartPoses& start) {
       start.replace(world.bodies.owners()[i], b.pose);
 }
 
-/// Whether contacts matter to anybody: to a solver, or to a sensor.
+/// Whether any solver or sensor needs contacts.
 bool anybody_feels(const World& world) {
   const auto& islands = partition_of(world).islands;
   const auto collisions = world.collisions.values();
@@ -81,9 +81,10 @@ bool anybody_feels(const World& world) {
                      [](const Collision& c) { return c.sensor; });
 }
 
-/// Wakes what rested on something that touches it no more: a sensor now, or of other groups.
+/// Wakes bodies whose support no longer collides with them: it became a sensor, or left their
+/// groups.
 void wake_unsupported(World& world) {
-  // After a change of structure other bodies may stand in their places.
+  // After a change of structure the slots may belong to other bodies.
   const bool is_stale = world.memory.of<contact::Memory>().scratch.stale;
   if (!contact::note_collisions(world) && !is_stale) return;
   const auto on = [&](std::uint32_t slot) {
@@ -99,8 +100,8 @@ void wake_unsupported(World& world) {
   });
 }
 
-/// Contacts of the step, handed to the islands of their bodies. False where nothing can have
-/// changed.
+/// Detects the contacts of the step and passes them to the islands of their bodies. Returns false
+/// if nothing can have changed.
 bool detect_contacts(World& world, const StepTask& task) {
   std::vector<Contact>& contacts = contacts_of(world);
   const auto asleep = [&](const SolverRow* solver) { return solver->asleep(world); };
@@ -112,8 +113,8 @@ bool detect_contacts(World& world, const StepTask& task) {
   contact::DetectScratch& scratch = world.memory.of<contact::Memory>().scratch;
   const auto runs = [](const Collision& c) { return c.surface_velocity != Vec3(0); };
   const auto collisions = world.collisions.values();
-  // While everything sleeps and neither a kinematic body nor a belt moves, the contacts stay as
-  // they are.
+  // While all islands sleep and neither a kinematic body nor a conveyor moves, the contacts are
+  // unchanged.
   const bool is_parted =
       scratch.rest_version == partition_of(world).rest_version &&
       world.memory.of<contact::Memory>().kept_for == contact::replacements(world);
@@ -138,7 +139,7 @@ bool detect_contacts(World& world, const StepTask& task) {
   return true;
 }
 
-/// The requests of this step to kinematic bodies have been met.
+/// Clears the restart and teleport flags of kinematic bodies once the step has used them.
 void clear_requests(World& world) {
   for (const std::uint32_t slot : partition_of(world).kinematic) {
     Body& b = world.bodies.values()[slot];
@@ -146,12 +147,13 @@ void clear_requests(World& world) {
   }
 }
 
-/// Forces of the substeps of a step. A copy of the World has them too, since a system may replace
-/// the World by one within a step.
+/// Forces of the substeps of a step. Copied with the World, since a system may replace the World by
+/// a copy within a step.
 struct ForceScratch {
   static constexpr std::string_view name = "forces";  // in saved Worlds
-  std::vector<std::pair<Entity, Force>> whole;        // applied to the whole step, before it
-  std::vector<std::pair<Entity, Force>> used;         // used by the update stage of this substep
+  std::vector<std::pair<Entity, Force>> whole;        // applied before the step, to all of it
+  std::vector<std::pair<Entity, Force>> used;         // consumed by the update stage of this
+                                                      // substep
 
   static void fields(auto& self, auto&& field) {
     field("whole", derived(self.whole));
@@ -159,7 +161,7 @@ struct ForceScratch {
   }
 };
 
-/// Forces applied before the step act in all its substeps, those of systems in the current one.
+/// Forces applied before the step act in all its substeps; those of systems in the current one.
 void begin_forces(World& world) {
   ForceScratch& scratch = world.memory.of<ForceScratch>();
   scratch.whole.clear();
@@ -190,7 +192,7 @@ void end_forces(World& world, int left, int substeps) {
   const bool any = std::any_of(scratch.used.begin(), scratch.used.end(), acted) ||
                    std::any_of(scratch.whole.begin(), scratch.whole.end(), acted);
   if (any) each(scratch.used, -1);
-  // A force that is not finite does not outlive its substep.
+  // A non-finite force lasts only for its substep.
   for (const auto& [owner, force] : scratch.used)
     if (Force* f = world.forces.find(owner);
         f && !(is_finite(force.force) && is_finite(force.torque)))
@@ -215,7 +217,7 @@ void report_step(const World& world, StepReport& report) {
   report.worst_depth = std::max(report.worst_depth, scratch.resting_depth);
 }
 
-/// Marks the World that is stepped. A copy has no mark: one that was put in its place is noticed.
+/// Marks the World that is stepped. A copy loses the mark, so a replaced World is detected.
 struct Stepped {
   static constexpr std::string_view name = "stepped";  // in saved Worlds
   enum State : std::uint8_t { never, within, between };
@@ -228,7 +230,7 @@ struct Stepped {
 };
 Stepped::State& stepped(World& world) { return world.memory.of<Stepped>().mark.state; }
 
-/// One step of a World: what its stages share.
+/// State that the stages of one step share.
 struct Step {
   World& world;
   const StepSettings& settings;
@@ -237,7 +239,7 @@ struct Step {
   int substeps;
   StepTask task;  // of one substep
   StepReport report;
-  bool moved = false;  // contacts were looked for: something may have moved
+  bool moved = false;  // contacts were detected: bodies may have moved
 
   void run(Stage stage) {
     for (const StagedSystem& system : systems.at(stage)) {
@@ -250,7 +252,7 @@ struct Step {
   }
 };
 
-/// Adds the time of a stage, from its construction to its end.
+/// Adds the duration of a stage, from construction to destruction.
 class Timed {
  public:
   Timed(const Step& s, Real StageTimes::*stage)
@@ -269,7 +271,7 @@ class Timed {
   Clock::time_point from_;
 };
 
-/// Where a system has put another World in place: what was noted of the former one is forgotten.
+/// Whether a system has replaced the World; what was recorded of the former World is dropped.
 bool is_replaced(Step& s) {
   if (stepped(s.world) == Stepped::within) return false;
   stepped(s.world) = Stepped::within;
@@ -278,7 +280,7 @@ bool is_replaced(Step& s) {
   return true;
 }
 
-/// Kinematic bodies move.
+/// Moves kinematic bodies.
 void drive(Step& s) {
   const Timed timed(s, &StageTimes::drive);
   if (s.record.monitor) s.record.monitor->begin_substep(s.world);
@@ -287,7 +289,7 @@ void drive(Step& s) {
   compile_if_changed(s.world);
 }
 
-/// Free motion of all bodies.
+/// Predicts the free motion of all bodies.
 void predict(Step& s) {
   World& world = s.world;
   normalise_rotations(world);
@@ -313,8 +315,8 @@ void update(Step& s) {
   predict(s);
 }
 
-/// Structural changes by systems between the update and the adjust stage. Another World takes the
-/// substep from its beginning, without the systems that have run.
+/// Applies structural changes by systems between the update and the adjust stage. A replaced World
+/// repeats the substep from its beginning, without the systems that have already run.
 void take_changes(Step& s, Stage stage) {
   s.run(stage);
   if (s.systems.at(stage).empty()) return;
@@ -327,7 +329,7 @@ void take_changes(Step& s, Stage stage) {
   for (const SolverRow* solver : kSolvers) solver->catch_up(s.world, s.task);
 }
 
-/// Contacts on the way from the poses before the step to the predicted ones.
+/// Detects contacts between the poses before the step and the predicted ones.
 void find_contacts(Step& s) {
   const Timed timed(s, &StageTimes::contacts);
   take_changes(s, Stage::before_contacts);
@@ -346,7 +348,7 @@ void adjust(Step& s) {
     if (solver->list_contacts) solver->list_contacts(world, contacts_of(world));
 }
 
-/// The end of a substep; `left` follow it.
+/// Ends a substep; `left` more follow.
 void advance_clock(Step& s, int left) {
   for (const SolverRow* solver : kSolvers) solver->note_failure(s.world, s.report);
   if (s.record.monitor) s.record.monitor->end_substep(s.world, s.task.h);
@@ -354,7 +356,7 @@ void advance_clock(Step& s, int left) {
   s.world.time += s.task.h;
 }
 
-/// The report of the step, and the measures that were asked for.
+/// Completes the report of the step, with the requested measures.
 void finish(Step& s) {
   World& world = s.world;
   ++world.tick;
@@ -401,8 +403,8 @@ void take_step(Step& s) {
   finish(s);
 }
 
-/// Memory has run out, or a number that was asked for exceeds all memory: what solvers hold may be
-/// torn, so that the next step makes it anew from the components.
+/// Memory ran out, or a request exceeded all memory. The state of solvers may be inconsistent, so
+/// the next step rebuilds it from the components.
 void abort_step(Step& s) {
   s.world.memory = {};
   s.report = {};

@@ -14,8 +14,8 @@ bool must_precede(const StagedSystem& first, const StagedSystem& second) {
          contains(second.order.after, first.order.name);
 }
 
-/// Indices in the order of execution: of the systems without pending predecessors always the one
-/// that was inserted first. Shorter than the systems if some wait for one another.
+/// Topological order of the systems: of those without pending predecessors, the first inserted
+/// comes next. The result is shorter than the input if there is a cycle.
 std::vector<std::size_t> running_order(const std::vector<StagedSystem>& all) {
   std::vector<std::size_t> order;
   std::vector<bool> done(all.size(), false);

@@ -39,7 +39,7 @@ inline constexpr std::size_t kStages = 6;
 struct StagedSystem {
   System run;
   SystemOrder order = {};
-  std::uint64_t number = 0;  // of its insertion
+  std::uint64_t number = 0;  // order of insertion
 };
 
 /// Systems by stage. Within a stage they run in order of insertion, unless SystemOrder requires
@@ -47,10 +47,10 @@ struct StagedSystem {
 class Systems {
  public:
   void insert(Stage stage, System system);
-  /// An error for an empty name, a name in use (at any stage), and contradictory orders; nothing is
-  /// changed then.
+  /// Inserts a system. An empty name, a name in use (at any stage) or a contradictory order is an
+  /// error, and nothing changes.
   Result<Done> insert(Stage stage, SystemOrder order, System system);
-  /// False if no system has that name.
+  /// Removes a system; returns false if none has that name.
   bool remove(std::string_view name);
   bool has(std::string_view name) const;
 

@@ -18,25 +18,26 @@
 namespace pantin::detail {
 namespace {
 
-/// Of the smaller one's size, but no more than that part of its thickness: by so much bodies at
-/// rest may overlap.
+/// Tolerated depth between bodies at rest: a fraction of the smaller body's size, and of its
+/// thickness.
 constexpr Real kDeep = 0.01, kDeepOfThickness = 0.05;
-/// Of the middle half's thickness: what cuts a corner by less has not come through.
+/// A body has passed through if it crossed more than this fraction of the other's core.
 constexpr Real kThrough = 0.9;
-/// Of the half thickness: a way that is bent by more, since the other turns, is not followed.
+/// Paths that bend by more than this fraction of the half thickness, because the other body
+/// rotates, are skipped.
 constexpr Real kStraight = 0.25;
-/// s: until it counts. Rests what moves slower than that part of sqrt(g thickness).
+/// s: how long a body at rest must be too deep. Slower than kSlow sqrt(g thickness) is at rest.
 constexpr Real kAtRestFor = 0.5, kSlow = 0.02;
-/// Of the thickness, and s: what moves counts while it lies deeper than that, in proportion to its
-/// depth: a whole thickness for so long, or two for half as long. No blow explains that. What
-/// begins in something has so much more time to come out.
+/// Of the thickness, and s. A moving body counts while it is deeper than kMostly, weighted by its
+/// relative depth: for kMovingFor at a whole thickness, half as long at two. No impact lasts that
+/// long. A body that starts inside another has kToComeOut longer to separate.
 constexpr Real kMostly = 0.5, kMovingFor = 0.15, kToComeOut = 0.25;
 constexpr Real kTiny = 1e-9;  // m
-/// Shapes: among more that are fast, those that they may meet are looked up in a tree.
+/// Above this number of fast shapes, candidates are looked up in a tree.
 constexpr std::size_t kFewFast = 8;
 
-/// The middle half of a shape: what remains when a quarter of its thickness is taken off all
-/// around, or a ball in its middle.
+/// The core of a shape: the shape without a quarter of its thickness all around, or a ball in its
+/// middle.
 Shape core_of(const Shape& shape, Real half_thickness) {
   Shape core = shape;
   core.material = 0;
@@ -48,7 +49,7 @@ Shape core_of(const Shape& shape, Real half_thickness) {
   return core;
 }
 
-/// m; of what is not convex no more than that of the box around it.
+/// m; of a shape without an inner radius: the smallest side of its bounding box.
 Real thickness_of(const Shape& shape, Real half_thickness) {
   if (half_thickness > 0 || is_unbounded(shape.kind)) return 2 * half_thickness;
   const Aabb box = bounds_of(shape, Pose{});
@@ -58,13 +59,13 @@ Real thickness_of(const Shape& shape, Real half_thickness) {
 
 Real turn_between(Quat a, Quat b) { return glm::length(rotation_vector(b * glm::conjugate(a))); }
 
-/// A shape of a body, or null: shapes may have come and gone since they were listed.
+/// A shape of a body, or null: shapes may have been removed since they were listed.
 const Shape* find_shape(const World& world, std::uint32_t slot, std::uint32_t number) {
   const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot]);
   return shapes && number < shapes->list.size() ? &shapes->list[number] : nullptr;
 }
 
-/// Whether two bodies of solvers that feel contacts collide where they meet.
+/// Whether two bodies collide, and one belongs to a solver that resolves contacts.
 bool collide(const World& world, std::uint32_t a, std::uint32_t b) {
   const Collision *on_a = world.collisions.find(world.bodies.owners()[a]),
                   *on_b = world.collisions.find(world.bodies.owners()[b]);
@@ -73,7 +74,7 @@ bool collide(const World& world, std::uint32_t a, std::uint32_t b) {
   const Partition& partition = partition_of(world);
   const Owner of_a = owner_of(partition, a), of_b = owner_of(partition, b);
   if (!of_a.feels_contacts && !of_b.feels_contacts) return false;
-  if (!of_a || !of_b) return true;  // one of them is an obstacle
+  if (!of_a || !of_b) return true;  // one of them is static
   const bool own = partition.island[a] == partition.island[b];
   return own ? on_a->self && on_b->self : on_a->others || on_b->others;
 }
@@ -142,7 +143,7 @@ bool ContactWatch::may_meet(const World& world, std::uint32_t a, std::uint32_t b
   return collide(world, a, b) && !are_joined(joined_, a, b);
 }
 
-/// Whether it went further than a quarter of its thickness.
+/// Whether the core moved further than a quarter of its thickness.
 bool ContactWatch::is_fast(const World& world, const Solid& s) const {
   if (!(s.half_thickness > 0)) return false;
   const Body& b = world.bodies.values()[s.slot];
@@ -164,7 +165,7 @@ void ContactWatch::place_box(const World& world, std::size_t i) {
   boxes_[i].add(bounds_of(*shape, compose(before_[s.slot].pose, shape->local)));
 }
 
-/// Those of what sleeps stay where they are.
+/// Boxes of bodies that sleep are unchanged.
 void ContactWatch::place_boxes(const World& world) {
   const Partition& partition = partition_of(world);
   if (std::exchange(placed_for_, rest_version_) != rest_version_) {
@@ -177,7 +178,8 @@ void ContactWatch::place_boxes(const World& world) {
   contact::update_tree(tree_, boxes_);
 }
 
-/// m: how far a convex shape slides along `way`, without turning, until it meets `other`.
+/// m: how far a convex shape moves along the polyline `way`, without rotating, until it hits
+/// `other`.
 std::optional<Real> way_to(const Shape& shape, Quat rotation, std::span<const Vec3> way,
                            const PlacedShape& other) {
   Real done = 0;
@@ -192,8 +194,8 @@ std::optional<Real> way_to(const Shape& shape, Quat rotation, std::span<const Ve
   return {};
 }
 
-/// m: of that way, what lies between where it meets `other` first and leaves it last; none if it
-/// begins or ends within it, or does not meet it.
+/// m: the length of that path between the first and the last contact. None if there is no contact,
+/// or the path starts or ends in contact.
 std::optional<Real> way_within(const Shape& shape, Quat rotation, std::array<Vec3, 3> way,
                                const PlacedShape& other) {
   const Real length = glm::length(way[1] - way[0]) + glm::length(way[2] - way[1]);
@@ -204,10 +206,10 @@ std::optional<Real> way_within(const Shape& shape, Quat rotation, std::array<Vec
   return length - *in - *out;
 }
 
-/// Slides the middle half of `a` along its way as `b` saw it, without turning it, through the
-/// middle half of `b` where that has its shape: what turns around an edge cuts off no more than the
+/// Sweeps the core of `a` along its path relative to `b`, without rotating it, against the core of
+/// `b`, or its shape if it has no core of that kind. Using the core excludes rotations that cut an
 /// edge.
-/// m: how far it came within `b`, or none if it did not pass through.
+/// Returns the length of the path within `b`, m, or none if `a` did not pass through.
 std::optional<Real> ContactWatch::passage(const World& world, const Solid& a, const Solid& b,
                                           Real h) const {
   const Body &on_a = world.bodies.values()[a.slot], &on_b = world.bodies.values()[b.slot];
@@ -237,7 +239,8 @@ std::optional<Real> ContactWatch::passage(const World& world, const Solid& a, co
   }
   const std::optional<Real> within = way_within(core, end.rotation, way, there);
   if (!within || !(*within > kThrough * a.half_thickness)) return {};
-  // What swings goes around: a way with the velocities of both ends must pass through as well.
+  // A rotating body moves on an arc: a path bent by the velocities at both ends must pass through
+  // as well.
   const Quat seen = on_b.pose.rotation * glm::conjugate(b_before.pose.rotation);
   const auto apart = [](const auto& body, const auto& from, Vec3 point) {
     return body.velocity - from.velocity +
@@ -251,7 +254,7 @@ std::optional<Real> ContactWatch::passage(const World& world, const Solid& a, co
   return around && *around > kThrough * a.half_thickness ? within : std::nullopt;
 }
 
-/// Whether the balls around two shapes come near each other on their ways.
+/// Whether the swept bounding spheres of two shapes overlap.
 bool ContactWatch::may_pass(const World& world, std::size_t one, std::size_t two) const {
   Vec3 middle[2];
   Real room = 0;
@@ -265,7 +268,7 @@ bool ContactWatch::may_pass(const World& world, std::size_t one, std::size_t two
   return !(glm::dot(apart, apart) > room * room);
 }
 
-/// Calls `meet(solid)` for those that a fast one may have passed through.
+/// Calls `meet(solid)` for the shapes that a fast one may have passed through.
 template <class Meet>
 void ContactWatch::each_near(const World& world, std::uint32_t fast, const Meet& meet) const {
   for (const std::uint32_t i : unbounded_) meet(i);
@@ -297,14 +300,14 @@ void ContactWatch::end_substep(const World& world, Real h, FindingList& found) {
     });
 }
 
-/// Whether the contact lies deeper than what rests may, and whose it is.
+/// Whether the contact is deeper than is tolerated at rest.
 bool ContactWatch::is_sunk(const Contact& c) const {
   const Real on_a = thickness_[c.slot_a], on_b = thickness_[c.slot_b];
   const bool a_is_smaller = on_b == 0 || on_a < on_b;
   return c.depth > shallow_[a_is_smaller ? c.slot_a : c.slot_b] && (a_is_smaller ? on_a : on_b) > 0;
 }
 
-/// What sleeps deep in something, once when it fell asleep or is first looked at.
+/// Reports bodies that sleep too deep in others: once, when they fall asleep or are first checked.
 void ContactWatch::tell_of_sleepers(const World& world, FindingList& found) {
   if (std::exchange(slept_for_, rest_version_) == rest_version_) return;
   for (const Contact& c : resting_contacts_of(world))

@@ -1,6 +1,7 @@
 #pragma once
-/// What lies too deep in something, and what came through something: a continuous check of what
-/// moves by more than its own thickness in a substep, from poses and shapes alone.
+/// Detects bodies that are too deep in others, and bodies that passed through others. The latter is
+/// a continuous check of shapes that move far for their thickness in a substep, from poses and
+/// shapes alone.
 #include <optional>
 #include <vector>
 
@@ -16,43 +17,44 @@ namespace pantin::detail {
 
 class ContactWatch {
  public:
-  /// After the structure has changed.
+  /// Called after the structure has changed.
   void compile(const World& world);
-  /// Before bodies are moved, kinematic ones included.
+  /// Called before bodies move, kinematic ones included.
   void begin_substep(const World& world);
-  /// Before the solvers start: what sleeps stays as it is noted here.
+  /// Called before the solvers start; records bodies that sleep.
   void note_start(const World& world);
-  /// After the solvers, `h` seconds later; looks for what passed through something.
+  /// Called after the solvers, `h` seconds later; looks for bodies that passed through others.
   void end_substep(const World& world, Real h, FindingList& found);
-  /// At the end of a step of `h` seconds: looks for what lies too deep.
+  /// Called at the end of a step of `h` seconds; looks for bodies that are too deep.
   void end_step(const World& world, Real h, FindingList& found);
 
  private:
-  /// A shape of a solid body, and the middle half of it.
+  /// A collider shape and its core.
   struct Solid {
     std::uint32_t slot = 0, shape = 0;
     Shape core;
     Real half_thickness = 0, reach = 0;  // m
   };
 
-  /// The ball around a shape, in the frame of its body; not finite: it has no bounds.
+  /// The bounding sphere of a shape, in its body's frame; the radius is infinite if it is
+  /// unbounded.
   struct Ball {
     Vec3 centre{0};
     std::uint32_t slot = 0;
     Real radius = 0;
   };
 
-  /// How deep a body lies in another one, at rest or not.
+  /// How deep a body is in another one, at rest or moving.
   struct Overlap {
-    Real part = 0, depth = 0;  // of the thickness of the thinner one; m; in this step
-    Real for_long = 0;         // s, times that part, on end
+    Real part = 0, depth = 0;  // of this step: relative to the thinner one's thickness; m
+    Real for_long = 0;         // s, weighted by the relative depth, without interruption
   };
 
-  /// A body as a substep began.
+  /// A body at the start of a substep.
   struct Before {
     Pose pose;
     Vec3 velocity{0}, angular_velocity{0};  // m/s, rad/s
-    bool leaps = true;                      // was placed anew
+    bool leaps = true;                      // it was teleported
   };
 
   void note(const World& world, std::uint32_t slot);
@@ -67,19 +69,19 @@ class ContactWatch {
   void place_boxes(const World& world);
   std::optional<Real> passage(const World& world, const Solid& a, const Solid& b, Real h) const;
 
-  std::vector<Solid> solids_;         // by body
-  std::vector<Ball> balls_;           // as `solids_`
-  std::vector<std::uint32_t> fast_;   // of these, in this substep
-  std::vector<std::uint32_t> first_;  // of these, by slot; one more at the end
-  // Partition::rest_version at note_start(), and at that when all boxes were placed.
-  // The same when sleepers were looked at.
+  std::vector<Solid> solids_;         // grouped by body
+  std::vector<Ball> balls_;           // parallel to `solids_`
+  std::vector<std::uint32_t> fast_;   // indices into `solids_`, in this substep
+  std::vector<std::uint32_t> first_;  // index of the first solid by slot; one more at the end
+  // Partition::rest_version at note_start(), when all boxes were placed, and when sleeping bodies
+  // were checked.
   std::uint64_t rest_version_ = 0, placed_for_ = 0, slept_for_ = 0;
-  std::vector<std::uint32_t> unbounded_;               // of them
+  std::vector<std::uint32_t> unbounded_;               // indices into `solids_`
   std::vector<Before> before_;                         // by slot
   std::vector<Real> thickness_, shallow_, rests_for_;  // by slot: m, of the thinnest shape; m; s
   std::vector<Real> depth_;                            // m, by slot, of this step
   std::vector<Overlap> overlaps_;                      // by slot
-  std::vector<Aabb> boxes_;                            // of the ways of all solids
+  std::vector<Aabb> boxes_;                            // of the motion of all solids in the substep
   AabbTree tree_;
   std::vector<std::uint64_t> joined_;  // see engine/world/joined.hpp
 };

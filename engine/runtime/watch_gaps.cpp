@@ -10,11 +10,11 @@
 namespace pantin::detail {
 namespace {
 
-/// Of a mechanism's size, or of a belt's length: by so much something may be open.
+/// Tolerated gap, relative to the size of the mechanism or the length of the belt.
 constexpr Real kOpen = 1e-3;
-/// rad: beyond kinds and limits, and of gears.
+/// rad: tolerated violation of kinds and limits, and of gears.
 constexpr Real kOver = 0.05, kOffRatio = 0.01;
-/// s: a pin may take so long to be reached.
+/// s: the time that a pin may need to reach its target.
 constexpr Real kOnTheWay = 0.25;
 
 BodyState state_of(const Body& b) {
@@ -32,8 +32,8 @@ Real coordinate_of(const World& world, const Link& link, Coordinate which, Real 
 
 }  // namespace
 
-/// How far the anchors of a mechanism lie apart, as it was built, and no less than the radii of
-/// gyration of its bodies: a wheel may be held at its centre alone.
+/// The extent of the anchors of each mechanism when compiled, but at least the radius of gyration
+/// of each body: a wheel may be held at its centre alone.
 void GapWatch::find_sizes(const World& world) {
   sizes_.assign(world.bodies.size(), 0);
   const Partition& partition = partition_of(world);
@@ -135,7 +135,7 @@ void GapWatch::check_gears(const World& world, FindingList& found) {
   }
 }
 
-/// Every span from a mark on one pulley to a mark on the next keeps its length.
+/// Each span, between fixed marks on consecutive pulleys, must keep its length.
 void GapWatch::check_belts(const World& world, FindingList& found) const {
   for (std::uint32_t i = 0; i < world.belts.size(); ++i) {
     const Belt& belt = world.belts.values()[i];

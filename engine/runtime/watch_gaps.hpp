@@ -1,6 +1,6 @@
 #pragma once
-/// What is to stay closed: joints, limits, cables, pins, gears, belts, surfaces. Reckoned from
-/// poses, whatever the solver; of pins and surfaces the solvers tell.
+/// Monitors constraints: joints, limits, cables, pins, gears, belts, surfaces. Evaluated from
+/// poses, whatever the solver; pins and surfaces use the residuals of their solvers.
 #include <vector>
 
 #include "engine/runtime/finding_list.hpp"
@@ -10,13 +10,13 @@ namespace pantin::detail {
 
 class GapWatch {
  public:
-  /// After the structure has changed.
+  /// Called after the structure has changed.
   void compile(const World& world);
-  /// At the end of a step of `h` seconds.
+  /// Called at the end of a step of `h` seconds.
   void end_step(const World& world, Real h, FindingList& found);
 
  private:
-  /// Coordinates that a gear couples; from step to step, so that turns count.
+  /// Coordinates that a gear couples, tracked from step to step to count whole turns.
   struct Ratio {
     Real first = 0, second = 0, offset = 0;
     bool known = false;
@@ -31,10 +31,10 @@ class GapWatch {
   void check_belts(const World& world, FindingList& found) const;
   void check_surfaces(const World& world, FindingList& found) const;
 
-  std::vector<Real> sizes_;        // m, of the mechanism that each body is part of
-  std::vector<Real> missed_for_;   // s, by pin
+  std::vector<Real> sizes_;        // m, of the mechanism of each body
+  std::vector<Real> missed_for_;   // s, without interruption, by pin
   std::vector<Ratio> ratios_;      // by gear
-  std::vector<std::size_t> held_;  // by belt: spans that are rows
+  std::vector<std::size_t> held_;  // by belt: spans that have a constraint row
 };
 
 }  // namespace pantin::detail

@@ -12,28 +12,29 @@
 namespace pantin::detail {
 namespace {
 
-/// What a solver, or an integrator of the Lagrangian one, can follow in a substep.
+/// The largest motions in a substep that a solver, or a Lagrangian integrator, resolves.
 struct Range {
-  // rad, of a body. A second-order method errs by the square of the turn / 24 in its phase.
+  // rad, rotation of a body. The phase error of a second-order method is rotation^2 / 24.
   Real turn = 1e300;
-  // rad, of a joint's spring: its angular frequency times the step. From there on the swing loses
-  // more than a hundredth of its energy each time.
+  // rad: angular frequency of a joint's spring times the step. Beyond it an oscillation loses more
+  // than a hundredth of its energy each period.
   Real swing = 1e300;
-  bool divides_free_turns = true;  // of what nothing holds
-  // rad, of a body on what it touches: contacts act once a step.
+  bool divides_free_turns = true;  // it subdivides steps of free bodies
+  // rad, rotation of a body in contact: contacts act once a step.
   Real roll = 1e300;
 };
 constexpr Range kArticulatedRange{1, 1.5}, kPlanarRange{1, 1}, kNoRange{},
-    // All but `implicit` divide steps in which a body turns far.
+    // All but `implicit` subdivide steps in which a body rotates far.
     kImplicitRange{0.5, 1, false, 1.5}, kLagrangianRange{.swing = 1, .roll = 1.5};
 
-/// Of the most alike moments and of a body's size: about that axis it is symmetric.
+/// Relative tolerance of equal principal moments, and of anchors on the symmetry axis.
 constexpr Real kAlike = 1e-3;
-/// rad or, of a travel, m per m of arm: a spring that moves by less in a substep hardly swings.
+/// rad, or m per m of arm: a spring that moves less in a substep hardly oscillates.
 constexpr Real kSwing = 0.02;
-/// rad, and part of its island's kinetic energy: a blow, or the tip of a whip, may turn so far.
+/// rad in total, and fraction of the island's kinetic energy: impacts and whip tips may rotate that
+/// far.
 constexpr Real kBriefly = 2 * kPi, kLittle = 0.05;
-/// Damping ratio from which on a spring does not swing.
+/// Above this damping ratio a spring does not oscillate.
 constexpr Real kDamped = 0.5;
 
 Range range_of_row(std::uint8_t solver, const SolverSettings& settings) {
@@ -68,7 +69,7 @@ void TurnWatch::compile(const World& world) {
   find_geared(world);
 }
 
-/// What ties bodies besides links: springs of these do not swing as they would alone.
+/// Marks bodies with ties other than links: the frequency of their springs is unknown.
 void TurnWatch::find_geared(const World& world) {
   const auto mark = [&](std::initializer_list<Entity> bodies) {
     for (const Entity e : bodies)
@@ -90,7 +91,7 @@ void TurnWatch::find_geared(const World& world) {
       if (const Link* link = world.links.find(e)) mark({link->a, link->b});
 }
 
-/// For each body the links that it has, one after the other.
+/// Lists the links of each body, one body after the other.
 void TurnWatch::link_up(const World& world) {
   const std::size_t count = world.bodies.size();
   first_.assign(count + 1, 0), seen_.assign(count, 0);
@@ -114,7 +115,7 @@ void TurnWatch::find_axes(const World& world) {
     Body& on = bodies_[slot];
     on.is_asked = b.motion == Motion::dynamic;
     on.is_joined = first_[slot] < first_[slot + 1];
-    Vec3 arm(0);  // the longest, of a joint
+    Vec3 arm(0);  // the longest anchor vector of a joint
     const auto arm_of = [&](std::uint32_t end) {
       const Link& l = world.links.values()[ends_[end]];
       return world.bodies.slot(l.a) == slot ? l.joint.anchor_a : l.joint.anchor_b;
@@ -137,7 +138,7 @@ void TurnWatch::find_axes(const World& world) {
   }
 }
 
-/// How far bodies may turn, rad.
+/// The rotation that a body's solver resolves, rad.
 Real TurnWatch::range_of(const World& world, std::uint32_t slot) const {
   const Range range = detail::range_of(world, slot);
   return !bodies_[slot].is_joined && range.divides_free_turns ? 1e300 : range.turn;
@@ -168,8 +169,8 @@ void TurnWatch::end_substep(const World& world, Real h, std::span<const EnergySt
   }
 }
 
-/// Bodies that roll or slide, or spin on a tip, while they turn by more than a quarter in a step.
-/// Balls may.
+/// Notes bodies other than balls that roll, slide or spin on a contact while they rotate too far in
+/// a step.
 void TurnWatch::note_rolling(const World& world, Real h) {
   const Real least = kLagrangianRange.roll / h;
   for (const Contact& c : contacts_of(world))
@@ -195,7 +196,7 @@ void TurnWatch::check_rolling(const World& world, FindingList& found) {
   }
 }
 
-/// Part of the kinetic energy of all that it is joined to.
+/// The fraction of its island's kinetic energy.
 Real TurnWatch::share_of(const World& world, std::uint32_t slot) const {
   const std::vector<std::uint32_t>& islands = partition_of(world).island;
   if (slot >= islands.size()) return 1;
@@ -238,7 +239,7 @@ Real TurnWatch::inertia_beyond(const World& world, const EnergyStore& s, std::ui
   return sum;
 }
 
-/// A spring is resolved where it swings slowly enough, or hardly at all.
+/// A spring is resolved if its frequency is low enough, or if it hardly oscillates.
 void TurnWatch::check_spring(const World& world, Real h, const EnergyStore& s, FindingList& found) {
   const Link& link = world.links.values()[s.slot];
   const JointParameters& own = *link.joint.parameters;
@@ -266,7 +267,7 @@ void TurnWatch::check_spring(const World& world, Real h, const EnergyStore& s, F
     found.note(FindingKind::spring_unresolved, world.links.owners()[s.slot], swing);
 }
 
-/// Of pins between bodies that nothing else holds.
+/// Spring pins between bodies that nothing else constrains.
 void TurnWatch::check_spring_pin(const World& world, Real h, const EnergyStore& s,
                                  FindingList& found) {
   const Pin& pin = world.pins.values()[s.slot];
@@ -283,7 +284,8 @@ void TurnWatch::check_spring_pin(const World& world, Real h, const EnergyStore& 
   const End ends[] = {end_of(pin.body, pin.anchor), end_of(pin.to, pin.target)};
   const Vec3 gap = ends[1].at - ends[0].at;
   if (gap == Vec3(0)) return;
-  Real mobile = 0, size = 0;  // acceleration by a force along the spring; of the bodies
+  Real mobile = 0, size = 0;  // acceleration per unit of force along the spring; size of the
+                              // bodies, m
   Vec3 rate(0);
   for (const End& end : ends) {
     if (!end.body) continue;

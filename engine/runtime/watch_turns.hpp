@@ -1,5 +1,5 @@
 #pragma once
-/// What moves by more in a step than its solver can follow: bodies that turn, springs of joints.
+/// Detects motions too fast for the step of their solver: rotating bodies, springs of joints.
 #include <span>
 #include <vector>
 
@@ -11,24 +11,24 @@ namespace pantin::detail {
 
 class TurnWatch {
  public:
-  /// After the structure has changed.
+  /// Called after the structure has changed.
   void compile(const World& world);
-  /// After a substep of `h` seconds; `stores` as they are then.
+  /// Called after a substep of `h` seconds; `stores` at its end.
   void end_substep(const World& world, Real h, std::span<const EnergyStore> stores,
                    FindingList& found);
 
  private:
-  /// What of a body's turning counts: about an axis of symmetry that all its joints lie on it may
-  /// turn as fast as it likes.
+  /// How the rotation of a body counts. Rotation about a symmetry axis on which all its joints lie
+  /// is not limited.
   struct Body {
     bool is_asked = false, is_joined = false;
-    bool is_geared = false;  // moves as others do: by gears, belts, surfaces, cables, exact pins
-    bool is_sprung = false;  // by a pin
-    Vec3 axis{0};            // of that symmetry, body axes; 0: none
-    bool is_ball = false;    // all moments alike
-    Real turned = 0;         // rad, on end in steps that were too long for it
-    Real rolls = 0;          // rad, in this step on what it touches, where that is too far; or 0
-    Real rolled = 0;         // rad, likewise on end
+    bool is_geared = false;  // coupled by gears, belts, surfaces, cables or exact pins
+    bool is_sprung = false;  // held by a pin
+    Vec3 axis{0};            // symmetry axis, body axes; 0: none
+    bool is_ball = false;    // all principal moments equal
+    Real turned = 0;         // rad, accumulated over consecutive steps that were too long
+    Real rolls = 0;          // rad, in this step in contact, if that is too far; else 0
+    Real rolled = 0;         // rad, the same accumulated over consecutive steps
   };
 
   Real range_of(const World& world, std::uint32_t slot) const;
@@ -39,8 +39,8 @@ class TurnWatch {
   void check_rolling(const World& world, FindingList& found);
   void check_spring(const World& world, Real h, const EnergyStore& store, FindingList& found);
   void check_spring_pin(const World& world, Real h, const EnergyStore& store, FindingList& found);
-  /// Of the bodies beyond a link, as seen from it: moment of inertia about an axis, or mass; 0:
-  /// held, or part of a loop.
+  /// The inertia of the subtree beyond a link: moment of inertia about its axis, or mass. 0 if it
+  /// is held, or part of a loop.
   Real inertia_beyond(const World& world, const EnergyStore& store, std::uint32_t from,
                       std::uint32_t to);
 

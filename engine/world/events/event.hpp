@@ -21,7 +21,7 @@
 ///
 /// and one of these ways to act:
 ///
-///   void act(const EventStep&, Real part) const;     // for a fraction of a substep: `from` .. `to`
+///   void act(const EventStep&, Real part) const;     // for a part of a substep: `from` .. `to`
 ///   void strike(const EventStep&, Real times) const; // this often in a substep: `at`, `every`
 ///   void begin(const EventStep&, EventProgress&) const;  // once, at its time
 ///
