@@ -9,15 +9,16 @@ namespace pantin::detail {
 namespace {
 
 constexpr int kFewestLinks = 6, kMostLinks = 2000;  // as the key "links" says
-constexpr Real kLinkTurn = 0.01;  // rad, between points of the way that links are laid along
+constexpr Real kLinkTurn = 0.01;  // rad, between sample points of the route along which links are
+                                  // placed
 
-/// Bodies along a belt, y along it, and their lengths.
+/// The poses of link bodies along a belt, with y along it, and their lengths.
 struct LinkLayout {
   std::vector<Pose> poses;
   std::vector<Real> lengths;
 };
 
-/// Links between points at equal distances along the belt.
+/// Places links between equidistant points along the belt.
 LinkLayout links_along(const Belt& belt, std::span<const Pose> bodies, int count) {
   std::vector<Vec3> way;
   trace_belt(belt, bodies, kLinkTurn, way);
@@ -65,7 +66,7 @@ BuiltBody link_of(const Shape& shape, const LinkOf& of, const Pose& at) {
 
 }  // namespace
 
-/// The pulleys of a belt on their bodies, all inside it; false after an error.
+/// Places the pulleys of a belt on their bodies, all inside the loop; returns false after an error.
 bool GroupBuilder::place_pulleys(Element<BeltRecipe> e, BuiltBelt& made) {
   bool moves = false;
   for (const PulleyRecipe& recipe : e.recipe.pulleys) {
@@ -125,7 +126,7 @@ void GroupBuilder::add_belt(Element<BeltRecipe> e) {
   made_.belts.push_back(std::move(made));
 }
 
-/// Whether all pulleys are solid; tells of one that is not.
+/// Whether all pulleys collide; reports one that does not.
 bool GroupBuilder::can_be_driven(Element<BeltRecipe> e, const BuiltBelt& laid) {
   for (const std::uint32_t on : laid.bodies) {
     const BuiltBody& b = made_.bodies[on];

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::uint32_t kNone = UINT32_MAX;
 
-/// A body as its recipe says, its own frame at `own`.
+/// The body of a recipe, with its own frame at `own`.
 BuiltBody laid_out(const BodyRecipe& recipe, const ElementId& id, const Pose& own) {
   BuiltBody p;
   p.name = recipe.name, p.at = id, p.mass_properties = of_recipe(recipe.mass_properties);
@@ -37,7 +37,7 @@ void GroupBuilder::add_body(Element<BodyRecipe> e) {
   add(laid_out(e.recipe, e.id, own_poses_[e.id.index]));
 }
 
-/// By body of the recipe: the place of its parent among them, or kNone.
+/// The index of each body's parent in the recipe, or kNone.
 std::vector<std::uint32_t> GroupBuilder::parents_of_bodies() {
   std::vector<std::uint32_t> parents(group_.bodies.size(), kNone);
   std::unordered_map<std::string_view, std::uint32_t> place_of;
@@ -62,7 +62,7 @@ std::vector<std::uint32_t> GroupBuilder::parents_of_bodies() {
   return parents;
 }
 
-/// Names the bodies of a circle of parents, once.
+/// Reports a cycle of parents once, with the names of its bodies.
 void GroupBuilder::tell_of_circle(const std::vector<std::uint32_t>& parents, std::uint32_t start) {
   constexpr int kMostNamed = 20;
   std::string way;
@@ -78,7 +78,7 @@ void GroupBuilder::tell_of_circle(const std::vector<std::uint32_t>& parents, std
                       (named > kMostNamed ? "... -> " : "") + group_.bodies[start].name + ")");
 }
 
-/// The pose of each body of the recipe, its parent's first.
+/// Computes the pose of each body of the recipe, parents first.
 void GroupBuilder::place_bodies() {
   enum class State : std::uint8_t { unknown, open, done };
   const std::vector<std::uint32_t> parents = parents_of_bodies();
@@ -113,7 +113,7 @@ void GroupBuilder::add_links_of(Element<ChainRecipe> e) {
     const Real own = factor * (i + 1 == layout.links.size() ? chain.tip_mass_factor : 1);
     p.body.mass *= own, p.body.inertia *= own;
     factor *= chain.mass_ratio;
-    // The chain starts as a rigid body rotating about its middle.
+    // The initial motion of the chain is a rigid rotation about its middle.
     p.body.velocity += glm::cross(p.body.angular_velocity, p.body.pose.position - middle);
     if (!chain.materials.empty()) p.material = chain.materials[i % chain.materials.size()];
     if (is_whole && (!std::isfinite(p.body.mass) || !is_possible_inertia(p.body.inertia))) {

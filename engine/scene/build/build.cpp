@@ -68,7 +68,7 @@ void BuildContext::build(std::uint32_t which) {
 
 const BuiltPrefab* BuildContext::prefab(const std::string& name, const ElementId& at,
                                         std::string_view member) {
-  if (name.empty()) return nullptr;  // reported by the reader
+  if (name.empty()) return nullptr;  // the reader has reported it
   const std::uint32_t scope = at.group == 0 ? recipe.top.scope : recipe.prefabs[at.group - 1].scope;
   const auto known = number_of_.find({scope, name});
   if (known == number_of_.end()) {
@@ -109,7 +109,7 @@ BuiltScene build_scene(const Recipe& recipe, BuildMessages& messages, const Scen
   for (std::uint32_t i = 0; i < recipe.prefabs.size(); ++i)
     context.built(i, {ElementKind::group, i + 1, 0}, "name");
   BuiltScene whole = build_group(context, recipe.top, 0);
-  // Joints and cables were measured at rest; now each path starts at its own time.
+  // Joints and cables were measured at rest; now each body is placed at the start of its path.
   for (const BuiltPath& d : whole.paths) whole.bodies[d.body].body.pose = pose_at(d.path, 0);
   return whole;
 }

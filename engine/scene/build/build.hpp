@@ -10,7 +10,7 @@
 
 namespace pantin::detail {
 
-/// The world, where a body is expected.
+/// Denotes the world where the index of a body is expected.
 inline constexpr std::uint32_t kWorldBody = UINT32_MAX;
 
 struct BuiltBody {
@@ -19,17 +19,18 @@ struct BuiltBody {
   Body body;
   std::shared_ptr<const BodyMassProperties> mass_properties;  // the recipe's, or a mirror image
   const SolverSettings* solver = nullptr;
-  std::uint32_t material = UINT32_MAX;  // for all its shapes; UINT32_MAX: their own
+  std::uint32_t material = UINT32_MAX;  // of all its shapes; UINT32_MAX: each has its own
   bool has_path = false;
   bool is_lamina = false, is_finger = false;
-  std::shared_ptr<const Collision> collision;  // of colliding bodies; likewise
+  std::shared_ptr<const Collision> collision;  // null unless it collides; the recipe's, or a mirror
+                                               // image
 };
 
 struct BuiltJoint {
   std::string name;
   ElementId at{};
   std::uint32_t a = 0, b = 0;  // indices into BuiltScene::bodies, or kWorldBody
-  Joint joint;                 // a world anchor and world axes are in the scene's frame
+  Joint joint;                 // anchors and axes on the world are in the scene's frame
   std::optional<JointDrive> drive{};
 };
 
@@ -44,12 +45,12 @@ struct BuiltBelt {
   std::string name;
   ElementId at{};
   std::vector<std::uint32_t> bodies;  // of its pulleys
-  Belt belt;                          // without their entities
+  Belt belt;                          // entities are not set yet
 };
 
 struct BuiltGuide {
   std::uint32_t body = 0;
-  CableGuide guide;  // without its entity
+  CableGuide guide;  // entity is not set yet
 };
 
 struct BuiltCable {
@@ -64,7 +65,7 @@ struct BuiltSurfaceJoint {
   std::string name;
   ElementId at{};
   std::uint32_t a = 0, b = 0;
-  SurfaceContact contact;  // without its entities
+  SurfaceContact contact;  // entities are not set yet
 };
 
 struct BuiltPin {
@@ -81,18 +82,18 @@ struct BuiltPath {
   KinematicPath path;
 };
 
-/// What an event happens to.
+/// The type of entity that an event acts on.
 enum class EventObject : std::uint8_t { none, body, joint, cable, pin, gear };
 
 struct BuiltEvent {
   ElementId at{};
-  TimedEvent event;  // without its entities
+  TimedEvent event;  // entities are not set yet
   EventObject object = EventObject::none;
-  std::uint32_t on = 0;               // index into the list of these
+  std::uint32_t on = 0;               // index into the list of that type
   std::vector<std::uint32_t> bodies;  // of a wind; none: all
 };
 
-/// What the recipe owns, as a pointer that others may share.
+/// A pointer to a member of the recipe, with shared ownership.
 template <class T>
 std::shared_ptr<const T> of_recipe(const T& owned) {
   return {std::shared_ptr<const T>(), &owned};
@@ -122,8 +123,8 @@ struct BuiltScene {
   }
 };
 
-/// Tells of names that lead nowhere, prefabs that contain themselves, and counts beyond the limits;
-/// those before anything is copied. Throws Cancelled where the limits say so.
+/// Reports unknown names, prefabs that contain themselves, and counts beyond the limits; the latter
+/// before anything is copied. Throws Cancelled if the limits' callback says so.
 BuiltScene build_scene(const Recipe& recipe, BuildMessages& messages, const SceneLimits& limits);
 
 /// Layout of a chain: the frame of each link, and the positions of the joints.
@@ -131,55 +132,54 @@ struct ChainLayout {
   std::vector<Pose> links;
   std::vector<Vec3> joints;   // one more than links: both ends included
   std::vector<Real> lengths;  // m, of the links
-  bool is_closed = false;     // the last link holds on to the first
+  bool is_closed = false;     // the last link is joined to the first
   /// The point about which the chain rotates initially.
   Vec3 middle() const;
 };
 ChainLayout layout_of(const ChainRecipe& chain);
 
-/// The axes of a chain's joints in a link's own frame: a hinge rotates about its z; other kinds
-/// have x along the chain and y along its z.
+/// The joint axes of a chain in a link's own frame: a hinge rotates about the link's z; other kinds
+/// have x along the chain and y along the link's z.
 Quat chain_axes(JointKind kind);
 
-/// The solver of each dynamic body: that of the first body with a solver in its island of joints
-/// and gears.
+/// The solver of each dynamic body: that of the first body with settings in its island.
 std::vector<Solver> solvers_of(const BuiltScene& built, Solver otherwise);
 
-/// Tells of joints and ratios that the solver of their bodies does not know.
+/// Reports joints and gears that the solver of their bodies does not support.
 void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
                    BuildMessages& messages);
 
-/// Tells of what solver "planar" cannot keep in the plane of x and y: bodies, joints, gravity.
+/// Reports what solver "planar" cannot keep in the xy plane: bodies, joints, gravity.
 void check_planes(const BuiltScene& built, const std::vector<Solver>& solvers, Vec3 gravity,
                   BuildMessages& messages);
 
-/// Tells of bodies that solver "quasistatic" cannot move: those that are no laminas, and those that
-/// are but are tied to something. Fingers have no other paths than their own.
+/// Reports bodies that solver "quasistatic" cannot move: those that are not laminas, and laminas
+/// with joints or other ties. Fingers have no paths but their own.
 void check_laminas(const BuiltScene& built, const std::vector<Solver>& solvers,
                    BuildMessages& messages);
 
-/// Tells of events that ask a solver for what it does not know, and warns of those that come to
-/// nothing: after the end of the scene, winds that no body feels.
+/// Reports events that a solver does not support. Warns of events without effect: those after the
+/// end of the scene, winds that move no body.
 void check_events(const BuiltScene& built, const std::vector<Solver>& solvers,
                   BuildMessages& messages);
 void warn_of_events(const BuiltScene& built, Real duration, BuildMessages& messages);
 
-/// Gives the solver "planar" to what stays in the plane of x and y; warns of what does not.
+/// Assigns the solver "planar" to islands that stay in the xy plane; warns of others.
 void choose_plane(World& world, BuildMessages& messages);
 
-/// Warns of likely mistakes: mass ratios, pins out of reach, cables too short, joints that start
-/// open or beyond their limits, loops closed by joints other than balls.
+/// Warns of likely mistakes: mass ratios, pins out of reach, short cables, joints that start open
+/// or beyond their limits, loops closed by joints other than ball joints.
 void warn_of_structure(const BuiltScene& built, const std::vector<Solver>& solvers,
                        BuildMessages& messages);
 
-/// Warns of bodies whose collision groups agree with nobody's, and of those that fall for ever:
-/// nothing holds them, and nothing solid is there that could stop them.
+/// Warns of bodies whose collision groups match no other body, and of bodies that fall for ever:
+/// nothing holds them, and no collider can stop them.
 void warn_of_contacts(const BuiltScene& built, Vec3 gravity, BuildMessages& messages);
 
 /// Fills the World of a scene.
 void build_world(const BuiltScene& built, World& world);
 
-/// Makes the bodies of laminas what they are: see add_lamina_bodies.
+/// Adds the bodies of laminas: see add_lamina_bodies.
 void add_laminas(const std::vector<LaminaPlan>& laminas, World& world);
 
 }  // namespace pantin::detail

@@ -1,5 +1,6 @@
 #pragma once
-/// What the groups of a recipe share while they are built: messages, limits, finished prefabs.
+/// Context shared by the groups of a recipe while they are built: messages, limits, finished
+/// prefabs.
 #include <map>
 #include <string>
 #include <string_view>
@@ -12,8 +13,7 @@
 
 namespace pantin::detail {
 
-/// How much there is of something; counted in floating point, since a few lines can ask for more
-/// than any integer holds.
+/// Counts of objects, in floating point, since a few lines can ask for more than any integer holds.
 struct BuildCount {
   Real bodies = 0, links = 0, parts = 0;  // parts: shapes and keyframes
   Real copies = 0;                        // of prefabs, by grids
@@ -25,7 +25,7 @@ struct BuildCount {
 /// A finished prefab.
 struct BuiltPrefab {
   BuiltScene built;
-  BuildCount count;  // of the assembly; no copies
+  BuildCount count;  // of the whole prefab, without `copies`
 };
 
 struct BuildContext {
@@ -38,7 +38,8 @@ struct BuildContext {
   BuildCount used;  // by all groups so far
   MirrorImages images;
 
-  /// A prefab by name, built on first use, or null after an error at a member of `at`.
+  /// A prefab by name, built on first use; null after an error, which is reported at a member of
+  /// `at`.
   const BuiltPrefab* prefab(const std::string& name, const ElementId& at, std::string_view member);
   /// The same by its index.
   const BuiltPrefab* built(std::uint32_t which, const ElementId& at, std::string_view member);
@@ -50,7 +51,7 @@ struct BuildContext {
   void build(std::uint32_t which);
 
   std::map<std::pair<std::uint32_t, std::string_view>, std::uint32_t>
-      number_of_;  // of prefabs, by scope and name; the first of a name
+      number_of_;  // index of a prefab by scope and name; the first of a name
   std::vector<BuiltPrefab> built_;
   std::vector<State> states_;
   std::vector<std::uint32_t> open_;  // prefabs being built, outermost first

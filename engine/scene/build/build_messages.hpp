@@ -1,6 +1,6 @@
 #pragma once
-/// What building a recipe has to say of its elements. The recipe knows no file; the reader that
-/// filled it knows where its elements stand.
+/// The interface by which building a recipe reports errors and warnings about its elements. The
+/// recipe knows no file; the reader that filled it knows the position of each element.
 #include <compare>
 #include <cstdint>
 #include <string>
@@ -39,13 +39,13 @@ class BuildMessages {
  public:
   virtual ~BuildMessages() = default;
 
-  /// Something that keeps the recipe from being built. `member` is the part of the element that is
-  /// wrong, named as in scene files, "limits/restitution" inside another; empty: all of it.
+  /// An error: the recipe cannot be built. `member` is the faulty part of the element, named as in
+  /// scene files, "limits/restitution" for a nested one; empty: the whole element.
   virtual void error(const ElementId& at, std::string_view member, std::string message) = 0;
-  /// A flaw that does not keep it from being built. Warnings of one `kind` about one element are
-  /// reported once, with their number.
+  /// A warning: the recipe can be built. Warnings of one `kind` about one element are reported
+  /// once, with their number.
   virtual void warn(const ElementId& at, std::string_view kind, std::string message) = 0;
-  /// How many errors there were so far, those of the reader included.
+  /// Number of errors so far, those of the reader included.
   virtual std::size_t errors() const = 0;
 
   virtual Hints& hints() = 0;

@@ -1,5 +1,5 @@
 #pragma once
-/// Cables over guides, as they run at the start.
+/// The initial routes of cables over guides.
 #include <string>
 #include <vector>
 
@@ -8,11 +8,11 @@
 
 namespace pantin::detail {
 
-/// The places from a to b, in the scene.
+/// The points of a cable from a to b, in the scene.
 std::vector<PathPoint> route_of(const BuiltScene& built, const BuiltCable& cable);
 
-/// What is wrong with a route, in words; empty if nothing is. Pulleys next to one another must lie
-/// in one plane, and places next to a pulley outside of it.
+/// The fault of a route, in words; empty if there is none. Consecutive pulleys must be in one
+/// plane, and neighbours of a pulley outside it.
 std::string fault_in(const std::vector<PathPoint>& route);
 
 }  // namespace pantin::detail

@@ -25,8 +25,8 @@ Quat turned_to(Vec3 direction, Vec3 axis) {
   return glm::normalize(glm::quat_cast(Mat3(glm::cross(-direction, out), -direction, out)));
 }
 
-/// The half angle between neighbours of `n` equal chords of an arc whose ends are `ratio` times
-/// their summed length apart: sin(n a) = ratio n sin(a), on (0, pi/n).
+/// Half the angle between consecutive chords of an arc of `n` equal chords, where `ratio` is the
+/// distance of its ends over the sum of the chords: sin(n a) = ratio n sin(a), on (0, pi/n).
 Real half_angle(int n, Real ratio) {
   Real low = 0, high = kPi / n;
   for (int i = 0; i < 200 && low < high; ++i) {
@@ -37,7 +37,7 @@ Real half_angle(int n, Real ratio) {
   return (low + high) / 2;
 }
 
-/// The direction a chain along `along` sags to; some direction across if `sag` points along it.
+/// The direction of sag across `along`; any perpendicular direction if `sag` is parallel to it.
 Vec3 sag_across(Vec3 along, Vec3 sag) {
   for (Vec3 wish : {sag, Vec3(1, 0, 0), Vec3(0, 0, 1)}) {
     const Vec3 across = wish - glm::dot(wish, along) * along;
@@ -56,7 +56,7 @@ std::vector<Vec3> arc_of(const ChainRecipe& chain) {
   const Real bend = ratio < 1 - 1e-12 && n > 1 ? half_angle(n, ratio) : 0;
   std::vector<Vec3> ways;
   for (int i = 0; i < n; ++i) {
-    const Real angle = bend * (n - 1 - 2 * i);  // of this chord against the straight line
+    const Real angle = bend * (n - 1 - 2 * i);  // of this chord to the straight line
     ways.push_back(std::cos(angle) * along + std::sin(angle) * side);
   }
   return ways;
@@ -73,7 +73,7 @@ std::vector<Vec3> ring_of(const ChainRecipe& chain) {
   return ways;
 }
 
-/// Where each link points.
+/// The direction of each link.
 std::vector<Vec3> directions(const ChainRecipe& chain) {
   if (chain.end) return arc_of(chain);
   if (chain.closed) return ring_of(chain);
@@ -83,7 +83,7 @@ std::vector<Vec3> directions(const ChainRecipe& chain) {
 ChainLayout equal_links(const ChainRecipe& chain) {
   ChainLayout layout;
   layout.joints.push_back(chain.start);
-  Vec3 way(0);  // summed up apart from the start, which may be large
+  Vec3 way(0);  // summed separately from the start, whose large coordinates would lose digits
   for (const Vec3 direction : directions(chain)) {
     const Vec3 before = chain.start + chain.length * way;
     way += direction;
@@ -106,7 +106,7 @@ ChainLayout along_path(const ChainRecipe& chain) {
   return layout;
 }
 
-/// The axis about which the chain bends most, or nothing if it is straight.
+/// The axis about which the chain bends most, or none if it is straight.
 std::optional<Vec3> bend_axis(const ChainLayout& layout) {
   Vec3 sum(0), size(0);
   for (std::size_t i = 0; i + 2 < layout.joints.size(); ++i) {

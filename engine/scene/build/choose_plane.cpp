@@ -1,4 +1,4 @@
-// What of a scene is solved in the plane.
+// Chooses which islands of a scene are solved in the plane.
 #include <algorithm>
 
 #include "engine/scene/build/build.hpp"

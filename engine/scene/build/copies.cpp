@@ -17,11 +17,11 @@ Pose placed(const Pose& by, const Pose& pose) {
 
 /// One copy of a prefab.
 struct GroupBuilder::Copy {
-  const BuiltScene& part;  // mirrored already
+  const BuiltScene& part;  // already mirrored
   const InstanceRecipe& instance;
   std::string prefix;  // of names
   Pose at;
-  Real ahead;  // s, of paths and drives
+  Real ahead;  // s, time shift of paths and drives
 };
 
 void GroupBuilder::add_instance(Element<InstanceRecipe> e) {
@@ -62,7 +62,7 @@ void GroupBuilder::add_grid(Element<GridRecipe> e) {
       }
 }
 
-/// A prefab as the instance takes it: itself, or its mirror image.
+/// The prefab of an instance: as it is, or its mirror image.
 const BuiltScene& GroupBuilder::part_of(const InstanceRecipe& instance, const BuiltPrefab& prefab,
                                         const ElementId& id) {
   if (!instance.mirror) return prefab.built;
@@ -152,7 +152,7 @@ void GroupBuilder::copy(const Copy& how) {
   copy_events(how, places);
 }
 
-/// A belt is laid anew: its plane may be turned with the copy.
+/// Lays the belt again, since its plane may rotate with the copy.
 void GroupBuilder::copy_belt(const Copy& how, const BuiltBelt& belt, std::uint32_t first) {
   BuiltBelt& p = made_.belts.emplace_back(belt);
   p.name.insert(0, how.prefix);
@@ -171,7 +171,7 @@ GroupBuilder::FirstPlaces GroupBuilder::sizes() const {
           made_.pins.size()};
 }
 
-/// What happens to a copy, in its frame.
+/// Copies the events, in the frame of the copy.
 void GroupBuilder::copy_events(const Copy& how, const FirstPlaces& first) {
   const auto first_of = [&](EventObject object) {
     switch (object) {

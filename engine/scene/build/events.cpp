@@ -1,4 +1,4 @@
-// Timed events: what they happen to, looked up by name.
+// Timed events: looks up the entities that they act on.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -44,7 +44,7 @@ std::vector<std::string_view> names_of(const BuiltScene& built, EventObject obje
   return {};
 }
 
-/// Whether a joint has no motor or no drive that the event could change.
+/// Whether the joint lacks the motor or drive that the event changes.
 bool lacks(const BuiltJoint& j, const TimedEvent& event) {
   if (std::holds_alternative<DriveEvent>(event.kind)) return !j.drive;
   if (!std::holds_alternative<MotorEvent>(event.kind)) return false;
@@ -53,12 +53,13 @@ bool lacks(const BuiltJoint& j, const TimedEvent& event) {
          own.translation.motor.kind == MotorKind::none;
 }
 
-/// What is said, or else what was there before.
+/// The given value, or the previous one if none is given.
 Real or_before(Real said, Real before) { return std::isnan(said) ? before : said; }
 
 }  // namespace
 
-/// Things of one sort by name, and by the names of chains, instances and grids around them.
+/// The entities of one type by name, and by the names of the chains, instances and grids that
+/// contain them.
 const GroupBuilder::Index& GroupBuilder::index_of(EventObject object) {
   Index& index = indices_[static_cast<std::size_t>(object)];
   if (!index.names.empty() || object == EventObject::none) return index;
@@ -72,7 +73,7 @@ const GroupBuilder::Index& GroupBuilder::index_of(EventObject object) {
   return index;
 }
 
-/// All that a name stands for; null after an error.
+/// All entities that a name denotes; null after an error.
 const std::vector<std::uint32_t>* GroupBuilder::look_up_all(EventObject object,
                                                             const std::string& name,
                                                             const Wanted& wanted) {
@@ -96,7 +97,7 @@ bool GroupBuilder::can_be_pushed(Element<EventRecipe> e, std::uint32_t body) {
   return false;
 }
 
-/// Fills in what a motor keeps; false after an error.
+/// Completes a motor with the values it keeps; returns false after an error.
 bool GroupBuilder::set_motor(Element<EventRecipe> e, std::uint32_t joint, JointMotor& m) {
   const BuiltJoint& j = made_.joints[joint];
   const JointKindInfo& kind = info_of(j.joint.kind);
@@ -123,7 +124,7 @@ bool GroupBuilder::set_motor(Element<EventRecipe> e, std::uint32_t joint, JointM
   return true;
 }
 
-/// The same of a joint drive.
+/// The same for a joint drive.
 bool GroupBuilder::set_drive(Element<EventRecipe> e, std::uint32_t joint, DriveEvent& event) {
   const BuiltJoint& j = made_.joints[joint];
   if (!j.drive) {
@@ -138,7 +139,7 @@ bool GroupBuilder::set_drive(Element<EventRecipe> e, std::uint32_t joint, DriveE
   return true;
 }
 
-/// Fills in where it acts on a body; false after an error.
+/// Computes the point of action on a body; returns false after an error.
 bool GroupBuilder::place_event(Element<EventRecipe> e, std::uint32_t body, TimedEvent& event) {
   if (!can_be_pushed(e, body)) return false;
   bool good = true;
@@ -164,7 +165,7 @@ bool GroupBuilder::place_event(Element<EventRecipe> e, std::uint32_t body, Timed
   return true;
 }
 
-/// One event for each thing that a name stands for.
+/// Adds one event for each entity that a name denotes.
 void GroupBuilder::add_event_on(Element<EventRecipe> e, EventObject object, std::uint32_t which) {
   BuiltEvent built{e.id, e.recipe.event, object, which, {}};
   TimedEvent& event = built.event;
@@ -200,7 +201,7 @@ void GroupBuilder::add_event(Element<EventRecipe> e) {
   const std::string what = "the name of a " + r.member;
   const auto* all = look_up_all(object, r.on, {e.id, r.member, what});
   if (!all || !count_targets(e.id, all->size())) return;
-  // Of a group only those that have a motor or a drive.
+  // In a group, only joints with a motor or a drive are addressed.
   const auto is_left_out = [&](std::uint32_t which) {
     return object == EventObject::joint && lacks(made_.joints[which], r.event);
   };
@@ -209,7 +210,7 @@ void GroupBuilder::add_event(Element<EventRecipe> e) {
     if (!some || !is_left_out(which)) add_event_on(e, object, which);
 }
 
-/// Tells of more targets of events than there may be joints: a few lines can ask for millions.
+/// Reports more targets of events than the limit for joints: a few lines can ask for millions.
 bool GroupBuilder::count_targets(const ElementId& at, std::size_t more) {
   targets_ += more;
   if (targets_ <= context_.limits.links) return true;

@@ -27,7 +27,7 @@ BuiltScene GroupBuilder::build() {
   each(group_.cables, ElementKind::string, &B::add_cable);
   each(group_.pins, ElementKind::pin, &B::add_pin);
   mirror_links();
-  each(group_.events, ElementKind::event, &B::add_event);  // all is made by now
+  each(group_.events, ElementKind::event, &B::add_event);  // all other elements exist now
   return std::move(made_);
 }
 
@@ -45,7 +45,8 @@ void GroupBuilder::gather_names() {
   for (const GridRecipe& grid : group_.grids) own_names_.insert(grid.each.name);
 }
 
-/// Whether a name leads into a member that could not be read or built: unknown, not wrong.
+/// Whether a name refers into a member that could not be read or built; it is then not reported as
+/// unknown.
 bool GroupBuilder::is_below_broken(const std::string& name) const {
   const std::size_t end = name.find('/');
   return end != std::string::npos && broken_.contains(name.substr(0, end));
@@ -56,7 +57,7 @@ std::optional<std::uint32_t> GroupBuilder::look_up(const Places& places, const s
   const auto it = places.find(name);
   if (it != places.end()) return it->second;
   if (is_below_broken(name)) return std::nullopt;
-  std::vector<std::string_view> names;  // in the order they were made
+  std::vector<std::string_view> names;  // in order of creation
   if (messages_.hints().any_left()) {
     names.resize(&places == &bodies_ ? made_.bodies.size() : made_.joints.size());
     for (std::size_t i = 0; i < names.size(); ++i)
@@ -85,7 +86,7 @@ std::string GroupBuilder::name_for(const std::string& given, const std::string& 
                                    const std::string& b) {
   if (!given.empty()) return given;
   const std::string base = a + "-" + b;
-  // Counted on from the last of the same base, so that many of them cost no search.
+  // Counts on from the last number of the same base, to avoid a search.
   int& count = unnamed_[base];
   std::string name;
   do name = ++count == 1 ? base : base + "#" + std::to_string(count);
@@ -93,7 +94,7 @@ std::string GroupBuilder::name_for(const std::string& given, const std::string& 
   return name;
 }
 
-// ---- Counts: known before anything is made, since a few lines can ask for millions. ----
+// ---- Counts: checked before anything is built, since a few lines can ask for millions. ----
 
 const BuiltPrefab* GroupBuilder::prefab_of(const InstanceRecipe& instance, const ElementId& id) {
   const BuiltPrefab* prefab = context_.prefab(instance.prefab, id, "prefab");
@@ -153,7 +154,7 @@ bool GroupBuilder::fits(const BuildCount& count, const ElementId& at) {
                most = static_cast<Real>(limit);
     if (here <= most && all <= 2 * most) return true;
     const Real found = here > most ? here : all;
-    // Whole up to where a double counts by ones.
+    // Integers up to where a double no longer resolves units.
     const std::string number =
         found < 9e15 ? std::to_string(static_cast<std::uint64_t>(found)) : written(found);
     const std::string limited = std::to_string(here > most ? limit : 2 * limit);

@@ -1,5 +1,5 @@
 #pragma once
-/// Builds one group of a recipe: its names looked up, its prefabs, grids and chains written out.
+/// Builds one group of a recipe: looks up names, expands prefabs, grids and chains.
 #include <optional>
 #include <string>
 #include <string_view>
@@ -40,7 +40,7 @@ class GroupBuilder {
 
   // Names: group_builder.cpp.
   using Places = std::unordered_map<std::string, std::uint32_t>;
-  /// What a name leads to, and how messages call it.
+  /// A reference by name: where it is written, and how messages call its target.
   struct Wanted {
     const ElementId& from;
     std::string_view member;
@@ -57,7 +57,7 @@ class GroupBuilder {
                                     std::string_view member);
   std::string name_for(const std::string& given, const std::string& a, const std::string& b);
 
-  // Counts, known before anything is made: group_builder.cpp.
+  // Counts, checked before building: group_builder.cpp.
   bool make_space();
   bool fits(const BuildCount& count, const ElementId& at);
   const BuiltPrefab* prefab_of(const InstanceRecipe& instance, const ElementId& id);
@@ -74,7 +74,7 @@ class GroupBuilder {
 
   // Copies of prefabs: copies.cpp.
   struct Copy;
-  /// Where a copy's things begin in the lists of the group.
+  /// Start indices of a copy's objects in the lists of the group.
   struct FirstPlaces {
     std::size_t bodies, joints, gears, cables, pins;
   };
@@ -89,7 +89,7 @@ class GroupBuilder {
   void copy_events(const Copy& how, const FirstPlaces& first);
 
   // Mirror images: mirror_groups.cpp.
-  /// Of a body: its image, and across what.
+  /// A mirrored body: its image, and the plane of reflection.
   struct Image {
     std::uint32_t body = UINT32_MAX;
     MirrorPlane plane;
@@ -122,7 +122,7 @@ class GroupBuilder {
   bool hold_on(Element<PinRecipe> e, BuiltPin& placed);
 
   // Events: events.cpp.
-  /// Things of one sort.
+  /// The entities of one type, by name.
   struct Index {
     std::vector<std::string_view> names;
     std::unordered_map<std::string_view, std::vector<std::uint32_t>> found;
@@ -143,16 +143,17 @@ class GroupBuilder {
   const Group& group_;
   std::uint32_t number_;
   BuiltScene made_;
-  BuiltScene image_;                                         // of the prefab that is copied
-  Places bodies_, joints_;                                   // by name; joints once asked for
-  std::vector<Pose> own_poses_;                              // of `bodies` of the recipe
+  BuiltScene image_;                                         // of the prefab being copied
+  Places bodies_, joints_;                                   // by name; joints are indexed on first
+                                                             // use
+  std::vector<Pose> own_poses_;                              // of the recipe's `bodies`
   std::vector<std::uint32_t> first_links_;                   // by chain: its first body
   std::vector<const BuiltPrefab*> of_instances_, of_grids_;  // null: broken
   std::unordered_set<std::string> own_names_, broken_;
-  Index indices_[static_cast<std::size_t>(EventObject::gear) + 1];  // once asked for
+  Index indices_[static_cast<std::size_t>(EventObject::gear) + 1];  // filled on first use
   std::size_t targets_ = 0;                                         // of events
   std::unordered_map<std::uint32_t, Image> images_;  // by body; also of the images themselves
-  std::unordered_map<std::string, int> unnamed_;     // how many share a made-up name
+  std::unordered_map<std::string, int> unnamed_;     // how many objects share a generated name
 };
 
 }  // namespace pantin::detail

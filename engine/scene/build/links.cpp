@@ -7,14 +7,14 @@
 
 namespace pantin::detail {
 
-/// The two sides of a joint or a string.
+/// The two sides of a joint or a cable.
 struct GroupBuilder::Ends {
   ElementId id;
   const std::string &a_name, &b_name;
   std::uint32_t a, b;
 };
 
-/// Tells if a joint or string cannot tie these two.
+/// Reports a joint or cable that cannot connect these two.
 bool GroupBuilder::can_tie(const Ends& ends) {
   const char* fault = nullptr;
   if (ends.a == ends.b)
@@ -28,7 +28,7 @@ bool GroupBuilder::can_tie(const Ends& ends) {
   return false;
 }
 
-/// Tells of a point mass that is held elsewhere than at its centre.
+/// Reports a point mass that is held at a point other than its centre.
 bool GroupBuilder::can_hold(const ElementId& id, std::string_view member, std::uint32_t body,
                             Vec3 anchor) {
   constexpr Real kAtCentre = 1e-9;  // m
@@ -41,7 +41,7 @@ bool GroupBuilder::can_hold(const ElementId& id, std::string_view member, std::u
   return false;
 }
 
-/// Tells of a joint that turns a point mass.
+/// Reports a joint that exerts torque on a point mass.
 bool GroupBuilder::can_turn(const ElementId& id, const BuiltJoint& j, std::uint32_t body) {
   const Joint& joint = j.joint;
   if (body == kWorldBody || !made_.bodies[body].mass_properties->is_point) return true;
@@ -80,8 +80,8 @@ void GroupBuilder::add_joint(Element<JointRecipe> e) {
   made_.joints.push_back(std::move(placed));
 }
 
-/// Whether a gear counts the slide of a joint: as the file says, or the one freedom it has.
-/// Tells of a joint that cannot move so.
+/// Whether a gear couples the travel of a joint: as the file says, or its only coordinate. Reports
+/// a joint without that coordinate.
 bool GroupBuilder::slides(const std::optional<bool>& asked, std::uint32_t joint,
                           const Wanted& place) {
   const JointKind kind = made_.joints[joint].joint.kind;
@@ -101,7 +101,7 @@ bool GroupBuilder::slides(const std::optional<bool>& asked, std::uint32_t joint,
 
 void GroupBuilder::add_gear(Element<GearRecipe> e) {
   const GearRecipe& recipe = e.recipe;
-  if (joints_.empty())  // all joints are made by now
+  if (joints_.empty())  // all joints exist now
     for (std::uint32_t i = 0; i < made_.joints.size(); ++i)
       joints_.emplace(made_.joints[i].name, i);
   const Wanted at_first{e.id, "first", "the name of a joint"},

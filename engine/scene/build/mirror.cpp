@@ -16,7 +16,7 @@ namespace {
 constexpr std::pair<std::string_view, std::string_view> kSides[] = {
     {"left", "right"}, {"Left", "Right"}, {"LEFT", "RIGHT"}};
 
-/// The other side if the name has one at `at`, and how long this one is.
+/// The opposite side if the name contains a side at `at`, and the length of the one it contains.
 std::pair<std::string_view, std::size_t> side_at(std::string_view name, std::size_t at) {
   const std::string_view rest = name.substr(at);
   for (const auto& [left, right] : kSides) {
@@ -43,16 +43,16 @@ nurbs::Affine flip_of(const Reflection& by) {
   return flip;
 }
 
-/// A curve of the plane runs the other way round, unless it is mirrored across that plane.
+/// Reverses a planar curve, unless it is mirrored across its own plane.
 std::shared_ptr<const nurbs::Wire> curve_image(const nurbs::Wire& wire, const Reflection& by) {
   nurbs::Curve image = nurbs::transformed(wire.curve(), flip_of(by));
   if (by.plane.axis != 2) image = nurbs::reversed(image);
   return std::make_shared<const nurbs::Wire>(std::move(image));
 }
 
-/// Mirrored faces have their outer sides inside, until they are turned.
+/// Reverses mirrored faces, whose outer sides would otherwise be inside.
 std::shared_ptr<const nurbs::Skin> skin_image(const nurbs::Skin& skin, const Reflection& by) {
-  if (skin.half_axes()) return std::make_shared<nurbs::Skin>(skin);  // its own image
+  if (skin.half_axes()) return std::make_shared<nurbs::Skin>(skin);  // it is its own image
   const nurbs::Affine flip = flip_of(by);
   std::vector<nurbs::Surface> faces;
   for (const nurbs::Face& face : skin.faces())
@@ -65,7 +65,7 @@ std::shared_ptr<const Surface> image_of_skin(const nurbs::Skin& skin, const Refl
   return made ? *made : nullptr;
 }
 
-/// Null if there is none.
+/// Null if the surface has no mirror image.
 std::shared_ptr<const Surface> image_of(const Shape& shape, const Reflection& by) {
   const auto made_of = [](Result<std::shared_ptr<const Surface>> made) {
     return made ? *made : nullptr;
@@ -83,8 +83,8 @@ std::shared_ptr<const Surface> image_of(const Shape& shape, const Reflection& by
   return made_of(make_mesh(points, triangles));
 }
 
-/// A shape in its body's frame. What is symmetric about its y axis only is its own image turned
-/// about.
+/// Mirrors a shape in its body's frame. A shape with symmetry about y only is rotated instead of
+/// reflected.
 Shape mirrored(const Shape& shape, const Reflection& by, MirrorImages& images) {
   Shape image = shape;
   image.local = {by.direction(shape.local.position), by.rotation(shape.local.rotation)};
@@ -94,7 +94,7 @@ Shape mirrored(const Shape& shape, const Reflection& by, MirrorImages& images) {
     if (!known) known = image_of(shape, by);
     image.surface = known;
   } else if (!kind.rounded && by.plane.axis != 0) {
-    // Its own image is the one across x: S S_x is half a revolution about the third axis.
+    // The shape is symmetric across x: S S_x is a half turn about the third axis.
     const Quat about = by.plane.axis == 1 ? Quat(0, 0, 0, 1) : Quat(0, 0, 1, 0);
     image.local.rotation = glm::normalize(image.local.rotation * about);
   }
@@ -212,7 +212,7 @@ ContactSurface mirrored_in(const Pose& body, const ContactSurface& surface, cons
 BuiltScene mirrored(const BuiltScene& whole, const Reflection& by, MirrorImages& images) {
   BuiltScene image = whole;
   image.paths.clear();
-  image.belts.clear();  // told of by the builder
+  image.belts.clear();  // reported by the builder
   for (BuiltBody& b : image.bodies) b = mirrored(b, by, images);
   for (BuiltJoint& j : image.joints) mirror(j, by);
   for (BuiltGear& g : image.gears) g.ratio = mirrored(g.ratio);

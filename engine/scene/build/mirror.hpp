@@ -1,9 +1,9 @@
 #pragma once
-/// Mirror images of bodies and of what ties them. With S the reflection, a body at position p,
-/// rotation R stands at S p, S R S afterwards; what is fixed in it is reflected by S in its frame.
+/// Mirror images of bodies and of what connects them. With S the reflection, a body at position p,
+/// rotation R has its image at S p, S R S; its shapes and anchors are reflected by S in its frame.
 ///
-/// A joint's axes F become -S F, so that the rotation Q of b's axes in a's stays what it was:
-/// limits, targets and angles keep their numbers. A translation along x changes its sign.
+/// The axes F of a joint become -S F, so that the rotation Q of b's axes in a's is unchanged:
+/// limits, targets and angles keep their values. A translation along x changes its sign.
 #include <map>
 #include <memory>
 #include <optional>
@@ -14,7 +14,7 @@
 
 namespace pantin::detail {
 
-/// Reflections by a plane.
+/// Reflection by a plane.
 struct Reflection {
   MirrorPlane plane;
 
@@ -26,7 +26,7 @@ struct Reflection {
     p[plane.axis] = 2 * plane.offset - p[plane.axis];
     return p;
   }
-  /// Of angular velocities, torques and axes of rotation.
+  /// The image of an axial vector: angular velocity, torque, axis of rotation.
   Vec3 axial(Vec3 v) const { return -direction(v); }
   /// S R S.
   Quat rotation(Quat q) const { return Quat(q.w, axial({q.x, q.y, q.z})); }
@@ -39,32 +39,32 @@ struct Reflection {
   }
 };
 
-/// Images that several bodies share, by the original and the axis.
+/// Images that several bodies share, by original and axis.
 struct MirrorImages {
   std::map<std::pair<const void*, int>, std::shared_ptr<const BodyMassProperties>> bodies;
   std::map<std::pair<const void*, int>, std::shared_ptr<const Surface>> surfaces;
   std::map<std::pair<const void*, int>, std::shared_ptr<const nurbs::Skin>> skins;
 };
 
-/// The name of an image: left and right change places, as do l and r where they stand alone. The
-/// same name if it has no side.
+/// The name of an image: exchanges left and right, and l and r as separate words. Returns the name
+/// unchanged if it contains no side.
 std::string mirrored_name(const std::string& name);
 
-/// The kind of a shape of an image that lacks its surface, since that cannot be mirrored.
+/// The kind of a shape whose surface could not be mirrored, if there is one.
 std::optional<ShapeKind> unmirrored(const BodyMassProperties& image);
 
 BuiltBody mirrored(const BuiltBody& body, const Reflection& by, MirrorImages& images);
 
-/// What does not depend on where the ends are: the travel along x, and what follows from it.
+/// Mirrors what does not depend on the ends of a joint: the travel along x, and its parameters.
 void mirror_travel(Joint& joint);
 Gear mirrored(const Gear& gear);
-/// A surface fixed in an image of a body.
+/// Mirrors a surface fixed in a mirrored body.
 ContactSurface mirrored(const ContactSurface& surface, const Reflection& by, MirrorImages& images);
-/// One that stays in the frame at `body`, which has no image: where the whole is reflected.
+/// Mirrors a surface fixed in a body without an image, within its frame at `body`.
 ContactSurface mirrored_in(const Pose& body, const ContactSurface& surface, const Reflection& by,
                            MirrorImages& images);
 
-/// The whole, across a plane through the origin. Its paths are left out.
+/// Mirrors a whole scene across a plane through the origin, without its paths.
 BuiltScene mirrored(const BuiltScene& whole, const Reflection& by, MirrorImages& images);
 
 }  // namespace pantin::detail

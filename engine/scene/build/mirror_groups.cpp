@@ -1,4 +1,4 @@
-// Mirror images of bodies of a group, and of what ties them.
+// Mirror images of bodies of a group, and of the joints, cables and pins between them.
 #include <utility>
 
 #include "engine/geometry/kinds.hpp"
@@ -9,10 +9,10 @@
 namespace pantin::detail {
 
 void GroupBuilder::mirror_bodies(Element<MirrorRecipe> e) {
-  indices_[static_cast<std::size_t>(EventObject::body)] = {};  // of names: there are more now
+  indices_[static_cast<std::size_t>(EventObject::body)] = {};  // the index of names is outdated
   std::vector<std::uint32_t> all;
   for (const std::string& name : e.recipe.bodies) {
-    if (all.size() > context_.limits.bodies) break;  // which is told below
+    if (all.size() > context_.limits.bodies) break;  // reported below
     if (const auto* found =
             look_up_all(EventObject::body, name,
                         {e.id, "bodies", "the name of a body, a chain, an instance or a grid"}))
@@ -33,7 +33,7 @@ void GroupBuilder::add_image(const ElementId& at, std::uint32_t body, const Refl
   const auto refuse = [&](const std::string& what) {
     messages_.error(at, "bodies", "found " + quoted_name(own.name) + ", " + what);
   };
-  if (own.has_path)  // of a prefab: those of this group come later
+  if (own.has_path)  // a path of a prefab: those of this group are added later
     return refuse("which has a path, expected a body without: a path has no mirror image");
   if (own.is_lamina || own.is_finger)
     return refuse("expected no lamina and no finger of one: they have no mirror image");
@@ -47,7 +47,7 @@ void GroupBuilder::add_image(const ElementId& at, std::uint32_t body, const Refl
   images_[body] = {place, by.plane}, images_[place] = {body, by.plane};
 }
 
-/// Tells of a name without a side, or whose other side is there.
+/// Reports a name without a side, or whose opposite side exists already.
 bool GroupBuilder::can_be_called(const ElementId& at, const std::string& name,
                                  const std::string& image) {
   if (name == image) {
@@ -64,18 +64,19 @@ bool GroupBuilder::can_be_called(const ElementId& at, const std::string& name,
   return false;
 }
 
-/// Makes images of what ties mirrored bodies.
+/// Makes images of joints, cables and pins of mirrored bodies.
 struct GroupBuilder::MirroredLinks {
   GroupBuilder& group;
   const BuiltScene& made = group.made_;
 
-  /// Whether something between two bodies has an image: one of them has, and no end is an image.
+  /// The image to use for a connection of two bodies: one of them is mirrored, and neither is an
+  /// image.
   const Image* image_of(std::uint32_t a, std::uint32_t b) const {
     const Image *of_a = find(a), *of_b = find(b);
     if (is_image(a, of_a) || is_image(b, of_b)) return nullptr;
     return of_a ? of_a : of_b;
   }
-  /// The same of all bodies that a cable runs along.
+  /// The same for all bodies along a cable.
   const Image* image_along(const BuiltCable& cable) const {
     const Image* image = image_of(cable.a, cable.b);
     if (is_image(cable.a, find(cable.a)) || is_image(cable.b, find(cable.b))) return nullptr;
@@ -90,7 +91,7 @@ struct GroupBuilder::MirroredLinks {
     const auto it = group.images_.find(body);
     return it == group.images_.end() ? nullptr : &it->second;
   }
-  /// An image stands behind the body that it was made of.
+  /// An image has a higher index than its original.
   static bool is_image(std::uint32_t body, const Image* image) {
     return image && image->body < body;
   }
@@ -187,7 +188,7 @@ void GroupBuilder::MirroredLinks::pins() const {
   }
 }
 
-/// They touch where the originals do, at the image of that place.
+/// The contact of the images is the image of the original contact.
 void GroupBuilder::MirroredLinks::surfaces() const {
   for (std::size_t i = 0, count = made.surface_joints.size(); i < count; ++i) {
     BuiltSurfaceJoint s = made.surface_joints[i];

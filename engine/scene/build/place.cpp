@@ -30,12 +30,12 @@ Quat axes_from_own_frame(const BuiltScene& built, std::uint32_t body, Quat axes)
   return glm::normalize(glm::conjugate(built.bodies[body].mass_properties->centre.rotation) * axes);
 }
 
-/// ... given in the scene at the start.
+/// The same for a rotation given in the scene at the start.
 Quat axes_from_scene(const BuiltScene& built, std::uint32_t body, Quat axes) {
   return glm::normalize(glm::conjugate(turn_of_body(built, body)) * axes);
 }
 
-/// What is known of a joint between two bodies, and fills it in.
+/// Places the joint of two bodies.
 struct JointPlacement {
   const BuiltScene& built;
   const JointRecipe& recipe;
@@ -59,13 +59,13 @@ void JointPlacement::place_anchors(Joint& joint) const {
   if (!recipe.anchor_b) joint.anchor_b = from_scene(built, b, point);
 }
 
-/// The ends of a kind that is a line.
+/// The anchors of a kind that acts along a line.
 void JointPlacement::place_line(Joint& joint) const {
   joint.anchor_a = anchor_of(built, a, {recipe.point_a, recipe.anchor_a});
   joint.anchor_b = anchor_of(built, b, {recipe.point_b, recipe.anchor_b});
 }
 
-/// The parameter that the file may leave to how the anchors lie, and what follows from it.
+/// A parameter that defaults to the distance of the anchors, and what follows from it.
 void JointPlacement::measure_parameter(Joint& joint) const {
   const JointKindInfo& kind = info_of(joint.kind);
   const Parameter* parameter = kind.measured();
@@ -76,7 +76,7 @@ void JointPlacement::measure_parameter(Joint& joint) const {
   kind.complete(parameters);
 }
 
-/// Both frames, such that b's axes stand in a's at the start as the recipe says.
+/// Sets both frames so that the initial rotation of b's axes in a's is that of the recipe.
 void JointPlacement::place_axes(Joint& joint) const {
   if (recipe.axes_a) joint.frames.set_a(axes_from_own_frame(built, a, axes_of(*recipe.axes_a)));
   if (recipe.axes_b) joint.frames.set_b(axes_from_own_frame(built, b, axes_of(*recipe.axes_b)));

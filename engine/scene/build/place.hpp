@@ -6,19 +6,19 @@ namespace pantin::detail {
 
 /// A point of a body's own frame in its mass-centre frame.
 Vec3 from_own_frame(const BuiltScene& built, std::uint32_t body, Vec3 point);
-/// A point of the scene at the start, likewise.
+/// A point of the scene at the start, in a body's mass-centre frame.
 Vec3 from_scene(const BuiltScene& built, std::uint32_t body, Vec3 point);
-/// Where a point of a mass-centre frame is in the scene at the start.
+/// A point of a mass-centre frame, in the scene at the start.
 Vec3 to_scene(const BuiltScene& built, std::uint32_t body, Vec3 anchor);
-/// Where a point was given, in the mass-centre frame; otherwise the own frame's origin.
+/// The given point in the mass-centre frame; by default the origin of the body's own frame.
 Vec3 anchor_of(const BuiltScene& built, std::uint32_t body, const PointRecipe& point);
 
-/// The joint of two bodies; what is not given in a body's frame follows from the initial poses.
+/// The joint of two bodies; values not given in a body's frame follow from the initial poses.
 Joint joint_of(const BuiltScene& built, const JointRecipe& recipe, std::uint32_t a,
                std::uint32_t b);
 
 /// The joint of a body and a chain's first or last link. Joint axes are those of the chain in the
-/// link; in the body they agree with them at the start.
+/// link; those in the body agree with them at the start.
 struct ChainEnd {
   std::uint32_t body, link;  // the link's side of the joint is b
   Vec3 point;                // in the scene
@@ -26,7 +26,7 @@ struct ChainEnd {
 };
 Joint chain_end_joint(const BuiltScene& built, const RotationRecipe& turn, const ChainEnd& end);
 
-/// The joint between two links of a chain, the same all along it.
+/// The joint between two links of a chain, equal for all of them.
 Joint chain_joint(const BuiltScene& built, const RotationRecipe& turn, std::uint32_t link);
 
 /// A joint drive with its keys shifted by a time (s).

@@ -1,4 +1,4 @@
-// What cannot be solved in a plane.
+// Reports what cannot be solved in a plane.
 #include <algorithm>
 #include <string>
 
@@ -8,7 +8,7 @@
 namespace pantin::detail {
 namespace {
 
-/// What a body has that no plane has: the member it is written in, and what is wrong.
+/// A fault of a body in the plane: the member of the file, and the reason.
 struct Found {
   std::string_view member;
   std::string what;

@@ -20,7 +20,7 @@ std::uint32_t mover(const BuiltScene& built, const BuiltJoint& joint) {
   return built.is_dynamic(joint.a) ? joint.a : joint.b;
 }
 
-/// What a joint has that not every solver knows, by the member it is written in.
+/// A feature of a joint that not every solver supports, with the member it is written in.
 struct Extra {
   std::string_view member;
   std::string what;
@@ -93,7 +93,7 @@ std::string knowing(Feature feature) {
   return told + ", or \"planar\" for what stays in a plane";
 }
 
-/// What holds each body: how much of it, and the first that does.
+/// The constraints that hold each body: their number, and the first one.
 struct Holders {
   const HoldBound& bound;
   std::vector<std::size_t> count{};
@@ -104,7 +104,8 @@ struct Holders {
   }
 };
 
-/// The first pin, or joint to what is fixed, of each body that has more than its solver can take.
+/// Reports bodies with more pins, or joints to fixed bodies, than their solver handles, at the
+/// first of them.
 void check_holders(const BuiltScene& built, const std::vector<Solver>& solvers,
                    BuildMessages& messages) {
   const std::size_t bodies = built.bodies.size();
@@ -132,7 +133,7 @@ void check_holders(const BuiltScene& built, const std::vector<Solver>& solvers,
 
 void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
                    BuildMessages& messages) {
-  // The fault of a prefab once, however often it is copied.
+  // A fault in a prefab is reported once, however often it is copied.
   std::set<std::pair<ElementId, std::string_view>> told;
   const auto error = [&](const ElementId& at, const Extra& extra, Solver solver) {
     if (!knows(solver_for(solver, extra.feature), extra.feature) &&
@@ -178,7 +179,7 @@ void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
 
 namespace {
 
-/// The first thing that a solver for all does not know.
+/// The first feature that a solver set for all bodies does not support.
 std::string unknown_to(const BuiltScene& built, Solver solver) {
   const auto steps = [&](Feature what) { return knows(solver_for(solver, what), what); };
   for (const BuiltJoint& j : built.joints)

@@ -1,4 +1,4 @@
-// Bodies whose surfaces touch.
+// Joints of surfaces in contact.
 #include "engine/geometry/shape_skin.hpp"
 #include "engine/geometry/surface.hpp"
 #include "engine/scene/build/group_builder.hpp"
@@ -6,7 +6,7 @@
 
 namespace pantin::detail {
 
-/// The surface of one side in its body's mass-centre frame. False: the body has none.
+/// The surface of one side in its body's mass-centre frame. Returns false if the body has none.
 bool GroupBuilder::place_side(const SurfaceSideRecipe& side, std::uint32_t body,
                               ContactSurface& to) {
   const Pose own = body == kWorldBody ? Pose{} : made_.bodies[body].mass_properties->centre;
