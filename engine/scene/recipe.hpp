@@ -1,7 +1,7 @@
 #pragma once
-/// A scene as a reader of some format leaves it: every value typed and checked by itself, names not
-/// yet looked up. It knows no format and no file; errors of building are reported by element
-/// (build_messages.hpp), and the reader knows where in its file each of them stands.
+/// A scene as a reader of some format leaves it: each value is typed and checked, names are not yet
+/// looked up. It knows no format and no file. Errors of building name an element
+/// (build_messages.hpp), and the reader knows the position of each element in its file.
 #include <array>
 #include <limits>
 #include <optional>
@@ -19,8 +19,8 @@ struct BodyMassProperties {
   Real mass = 1;
   Vec3 inertia{1};
   Pose centre;            // the mass-centre frame in the body's own frame
-  bool is_moved = false;  // false: both frames are the same
-  bool is_point = false;  // nothing may turn it
+  bool is_moved = false;  // false: both frames coincide
+  bool is_point = false;  // nothing may exert torque on it
   std::vector<Shape> shapes;
 };
 
@@ -29,19 +29,19 @@ struct BodyRecipe {
   BodyMassProperties mass_properties;
   Pose pose;  // of the body's own frame, in that of `parent`
   std::optional<std::string> parent{};
-  Body body;  // its pose, mass and inertia follow from what stands above
+  Body body;  // its pose, mass and inertia follow from the members above
   std::optional<SolverSettings> solver;
   std::optional<Collision> collision;
   bool is_lamina = false, is_finger = false;
 };
 
-/// A point given in the scene at the start, in a body's own frame, or not at all.
+/// A point given in the scene at the start, in a body's own frame, or omitted.
 struct PointRecipe {
   std::optional<Vec3> in_scene, in_body;
 };
 
-/// The x axis of a joint and the direction nearest its y axis; without `across` any perpendicular
-/// direction.
+/// The x axis of a joint, and the direction nearest its y axis; without `across` y is any
+/// perpendicular direction.
 struct AxesRecipe {
   Vec3 axis{1, 0, 0};
   std::optional<Vec3> across;
@@ -56,8 +56,8 @@ struct RotationRecipe {
   JointLimits limits;
   std::optional<JointDrive> drive;
   Boxed<JointParameters> parameters;
-  std::optional<Real> length;  // m, the parameter that is by default as placed
-  /// Whether it acts on the distance of its anchors only.
+  std::optional<Real> length;  // m, the parameter that defaults to the initial distance
+  /// Whether it acts along the line between its anchors only.
   bool is_line() const { return info_of(kind).is_line; }
   /// Whether the orientation of the joint axes matters.
   bool needs_axes() const { return info_of(kind).uses_axes || limits.any() || drive; }
@@ -67,7 +67,7 @@ struct JointRecipe {
   std::string name;
   std::string a, b;
   std::optional<Vec3> anchor, anchor_a, anchor_b;
-  std::optional<Vec3> point_a, point_b;  // of kinds that are lines: in the scene
+  std::optional<Vec3> point_a, point_b;  // of kinds along a line: in the scene
   AxesRecipe axes;                       // in the scene at the start, unless given in a body:
   std::optional<AxesRecipe> axes_a, axes_b;
   Quat rest{1, 0, 0, 0};  // initial Q; ignored if both axes are given
@@ -77,17 +77,17 @@ struct JointRecipe {
 struct GearRecipe {
   std::string name;
   std::string first, second;                          // joints
-  std::optional<bool> first_travels, second_travels;  // by default as the kind of joint
+  std::optional<bool> first_travels, second_travels;  // default: by the kind of joint
   Real ratio = 1;
   std::optional<Real> offset;  // rad or m
-  bool in_degrees = false;     // as the file says it
+  bool in_degrees = false;     // unit of the angles in the file
 };
 
 struct PulleyRecipe {
   std::string body;
   PointRecipe at;
   Real radius = 0;
-  std::vector<Vec3> outline;  // in the body's own x and y; none: round
+  std::vector<Vec3> outline;  // in the body's own x and y; empty: round
   bool is_outside = false;
 };
 
@@ -102,10 +102,10 @@ struct BeltRecipe {
   std::uint32_t material = 0;
 };
 
-/// One side of two surfaces that touch.
+/// One side of a contact of two surfaces.
 struct SurfaceSideRecipe {
   std::string body;
-  std::shared_ptr<const Surface> surface;  // of NURBS; null, without a curve: of its shape
+  std::shared_ptr<const Surface> surface;  // of NURBS; null, without a curve: that of its shape
   std::shared_ptr<const nurbs::Wire> curve;
   std::optional<Pose> pose;  // in the body's own frame
 };
@@ -123,7 +123,7 @@ struct SurfaceJointRecipe {
 struct GuideRecipe {
   std::string body;
   PointRecipe at;
-  Vec3 axis{0};  // in the scene; of any length
+  Vec3 axis{0};  // in the scene; any length
   Real radius = 0;
   int turns = 0;
 };
@@ -150,7 +150,8 @@ struct PinRecipe {
 
 struct PathRecipe {
   std::string body;
-  KinematicPath path;  // in a prefab's frame; the start of the body fills in what is kLeftOpen
+  KinematicPath path;  // in a prefab's frame; values that are kLeftOpen follow from the start of
+                       // the body
 };
 
 /// A plane at `offset` (m) along x, y or z.
@@ -159,7 +160,7 @@ struct MirrorPlane {
   Real offset = 0;
 };
 
-/// Bodies of a group, with what ties them, copied across a plane.
+/// Bodies of a group, with their connections, copied across a plane.
 struct MirrorRecipe {
   MirrorPlane plane;
   std::vector<std::string> bodies;
@@ -167,7 +168,7 @@ struct MirrorRecipe {
 
 struct InstanceRecipe {
   std::string name;
-  std::string prefab;  // empty if it could not be read: reported already, names below are unknown
+  std::string prefab;  // empty if it could not be read: already reported
   Pose pose;           // in the own frame of `parent`
   std::optional<std::string> parent{};
   Real time_offset = 0;
@@ -186,32 +187,32 @@ struct ChainRecipe {
   int links = 0;
   Real length = 0;                       // of one link, joint to joint
   BodyRecipe link;                       // its own frame: middle of the link, -y along the chain
-  std::vector<std::uint32_t> materials;  // taken in turn; empty: as the shapes say
+  std::vector<std::uint32_t> materials;  // used in turn; empty: those of the shapes
   Vec3 start{0}, direction{0, -1, 0}, sag{0, -1, 0};
   std::optional<Vec3> end;
   std::optional<std::string> attach, end_attach;
   Real mass_ratio = 1, tip_mass_factor = 1;
-  std::vector<Vec3> path;    // joint after joint, m; empty: laid out by what stands above
+  std::vector<Vec3> path;    // positions of the joints, m; empty: laid out by the members above
   bool closed = false;       // the last link is jointed to the first
-  std::optional<Vec3> axis;  // where the links' own z axes point as nearly as they can
+  std::optional<Vec3> axis;  // target of the links' own z axes
   RotationRecipe turn;
 };
 
 struct EventRecipe {
-  TimedEvent event{};  // without what it happens to
-  std::string on;      // name of that; empty: of all
+  TimedEvent event{};  // without the entity that it acts on
+  std::string on;      // name of that entity; empty: all
   std::string member;  // the key of that name: "body", "joint", "cable", "pin" or "gear"
   std::vector<std::string> bodies;
   PointRecipe point;
-  bool in_degrees = false;  // the target of a motor
+  bool in_degrees = false;  // unit of a motor's target in the file
 };
-/// Of the numbers of a motor or drive that an event leaves as they are.
+/// Marks values of a motor or drive that an event leaves unchanged.
 inline constexpr Real kAsBefore = std::numeric_limits<Real>::quiet_NaN();
 
 /// Content of a prefab or of the scene itself. Names are unique in it.
 struct Group {
   std::string name;
-  std::uint32_t scope = 0;  // in which it looks up prefabs
+  std::uint32_t scope = 0;  // name space of its prefabs
   std::vector<BodyRecipe> bodies;
   std::vector<JointRecipe> joints;
   std::vector<GearRecipe> gears;
@@ -229,10 +230,10 @@ struct Group {
   std::vector<std::string> broken;
 };
 
-/// A prefab that could not be read; that has been told.
+/// A prefab that could not be read, which has been reported.
 inline constexpr std::uint32_t kNoPrefab = UINT32_MAX;
 
-/// What a prefab is called in the file of that scope; 0 is the scene's own.
+/// The name of a prefab in the file of that scope; 0 is the scene's own.
 struct PrefabName {
   std::uint32_t scope;
   std::string name;
@@ -242,7 +243,7 @@ struct PrefabName {
 /// The whole recipe. `scene` is complete except for its World's entities.
 struct Recipe {
   Scene scene;
-  bool plane = false;  // what stays in the plane is solved there
+  bool plane = false;  // islands that stay in the plane are solved there
   Group top;
   std::vector<Group> prefabs;
   std::vector<PrefabName> prefab_names;

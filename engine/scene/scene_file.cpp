@@ -31,7 +31,7 @@ void detail::build_world(const BuiltScene& built, World& world) {
     if (b.solver) world.settings.add(e, *b.solver);
     if (b.collision) world.collisions.add(e, *b.collision);
   }
-  Entity ground;  // one body for all that is tied to the world
+  Entity ground;  // one body for everything fixed to the world
   const auto entity = [&](std::uint32_t body) {
     if (body != kWorldBody) return entities[body];
     if (ground) return ground;
@@ -103,8 +103,8 @@ void SolverChoices::apply(SolverSettings& settings) const {
 
 namespace {
 
-/// What its solvers promise of the joints of a World, as a part of the size: those that close loops
-/// of `auto` and its kin are held by impulses, all others to rounding.
+/// The joint gap that the solvers of a World guarantee, as a fraction of the size. `auto` and its
+/// kin close loops by impulses; all other joints are closed to rounding.
 Real promised_gap(const World& world) {
   constexpr Real kTrees = 1e-12, kLoops = 1e-5;
   const auto ground = static_cast<std::uint32_t>(world.bodies.size());
@@ -120,7 +120,7 @@ Real promised_gap(const World& world) {
   };
   for (const Link& l : world.links.values()) {
     const std::uint32_t a = place_of(l.a), b = place_of(l.b);
-    if (a == b) continue;  // of others
+    if (a == b) continue;  // of other solvers
     if (joined.root(a) == joined.root(b)) return kLoops;
     joined.join(a, b);
   }
@@ -180,7 +180,7 @@ Result<Scene> load_scene(const std::string& path, const SceneLimits& limits,
 namespace detail {
 namespace {
 
-/// The element that a joint is made from.
+/// The element that a joint is built from.
 std::optional<ElementId> element_of(const BuiltScene& built, std::string_view joint) {
   std::optional<ElementId> at;
   const auto look_in = [&](const auto& list) {

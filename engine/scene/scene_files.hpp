@@ -1,5 +1,5 @@
 #pragma once
-/// The files that a scene is read from: itself, and those that its prefabs come from.
+/// The files of a scene: its own, and those of its prefabs.
 #include <deque>
 #include <string>
 #include <string_view>
@@ -10,21 +10,21 @@
 
 namespace pantin::detail {
 
-/// One file, and what there is to say of it. Stays where it is.
+/// One file, with its diagnostics. Its address is stable.
 struct SceneFile {
   SceneFile(std::string named, std::string_view in_memory, const JsonLimits& limits);
   SceneFile(std::string named, std::string from_disk, const JsonLimits& limits);
   SceneFile(const SceneFile&) = delete;
   SceneFile& operator=(const SceneFile&) = delete;
 
-  /// False: too broken to be read any further.
+  /// Returns false if the text is not JSON.
   bool is_json() const;
 
   std::string name;
-  std::string owned;  // the text, unless somebody else owns it
+  std::string owned;  // the text, unless it is owned elsewhere
   JsonDocument json;
   Diagnostics diagnostics;
-  SceneFile* named_by = nullptr;  // the file that names it, and where
+  SceneFile* named_by = nullptr;  // the file and position that name it
   NodeId named_at = kNoNode;
 };
 
@@ -34,17 +34,17 @@ class SceneFiles {
 
   /// The scene itself. `text` must outlive it.
   SceneFile& open(std::string_view name, std::string_view text);
-  /// A file that another names; null after an error there. Bytes and values count with those of all
-  /// others.
+  /// A file that another file names; null after an error there. Its bytes and values count towards
+  /// the common limits.
   SceneFile* open(const std::string& path, SceneFile& named_by, NodeId named_at);
 
   SceneFile& first() { return files_.front(); }
   std::size_t error_count() const;
   bool any_errors() const;
-  /// File by file; where a file has mistakes, the place that names it is told too.
+  /// File by file; an error also lists the position that names its file.
   std::vector<Error> errors();
   std::vector<std::string> warnings() const;
-  /// Of all but the scene itself.
+  /// The names of all files but the scene itself.
   std::vector<std::string> names() const;
 
  private:

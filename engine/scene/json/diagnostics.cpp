@@ -86,7 +86,7 @@ std::string described(const JsonDocument& json, NodeId id) {
       return node.count == 0 ? "an empty array" : "an array of " + std::to_string(node.count);
     case JsonKind::object:
       return node.count == 0 ? "an empty object" : "an object";
-    default:  // numbers and words, as they stand in the file
+    default:  // numbers and words, as written
       return clipped(node.text);
   }
 }

@@ -19,8 +19,8 @@ class Diagnostics {
   /// `file` is the prefix of every line.
   Diagnostics(const JsonDocument& json, std::string file) : json_(json), file_(std::move(file)) {}
 
-  /// An error at a value; the scene cannot be loaded.
-  /// The same error again, of a class that many take after, is told once.
+  /// An error at a value; the scene cannot be loaded. An error in a class that several objects
+  /// inherit is reported once.
   void error(NodeId at, std::string message) { keep_error({offset(at), at, std::move(message)}); }
   /// The same at the value's key.
   void error_at_key(NodeId at, std::string message) {
@@ -38,11 +38,11 @@ class Diagnostics {
   std::size_t error_count() const {
     return errors_.lines.size() + errors_.dropped + repeated_errors_;
   }
-  /// In the order of the text, printable, at most some hundred; a last line tells of the rest.
+  /// In the order of the text, printable, at most about a hundred; a last line counts the rest.
   std::vector<Error> errors() const;
   std::vector<std::string> warnings() const;
 
-  /// For the messages of this file.
+  /// Name suggestions for the messages of this file.
   Hints hints;
 
  private:
@@ -52,7 +52,7 @@ class Diagnostics {
     std::string message;
     std::size_t copies = 1;
   };
-  /// Lines as they came. Beyond some thousands they are counted only.
+  /// Lines in order of arrival. Beyond some thousands they are only counted.
   struct Kept {
     std::vector<Line> lines;
     std::size_t dropped = 0;
@@ -71,7 +71,7 @@ class Diagnostics {
   std::size_t repeated_errors_ = 0;
 };
 
-/// A value as errors name it: "shim" in quotes, a number as written, "an array of 3".
+/// A value as errors describe it: "shim" in quotes, a number as written, "an array of 3".
 std::string described(const JsonDocument& json, NodeId id);
 
 }  // namespace pantin::detail

@@ -18,8 +18,8 @@ constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 
-/// The power of ten of the first digit that is not 0, of a number that from_chars finds out of
-/// range; at most kFarPower either way.
+/// The decimal exponent of the first nonzero digit of a number that from_chars reports as out of
+/// range; clamped to kFarPower either way.
 constexpr std::int64_t kFarPower = std::int64_t(1) << 40;  // beyond the length of any text
 std::int64_t leading_power(std::string_view digits) {
   const std::size_t e = std::min(digits.find_first_of("eE"), digits.size());
@@ -30,7 +30,7 @@ std::int64_t leading_power(std::string_view digits) {
   std::int64_t exponent = 0;
   if (e < digits.size()) {
     const std::string_view tail = digits.substr(e + (digits[e + 1] == '+' ? 2 : 1));
-    // More digits than an integer holds are certainly out of range too.
+    // An exponent that overflows an integer is out of range as well.
     if (std::from_chars(tail.data(), tail.data() + tail.size(), exponent).ec != std::errc())
       return tail[0] == '-' ? -kFarPower : kFarPower;
     exponent = std::clamp(exponent, -kFarPower, kFarPower);
@@ -67,7 +67,7 @@ class Parser {
     return word.data();
   }
 
-  /// What stands at the current place, for complaints.
+  /// The token at the current position, for messages.
   std::string here() const {
     if (at_ >= text_.size()) return "the end of the file";
     const char c = text_[at_];
@@ -89,7 +89,7 @@ class Parser {
     return kNoNode;
   }
 
-  /// A fault that leaves the rest readable.
+  /// Reports a fault after which the rest can still be read.
   void note(std::size_t offset, NodeId id, std::string message) {
     constexpr std::size_t kMostKept = 10'000;
     if (document_.faults.size() < kMostKept)
@@ -109,7 +109,8 @@ class Parser {
         return;
     }
   }
-  /// Comments, and the further spaces of JSON5. A comment without an end goes to that of the file.
+  /// Skips comments, and the further white space of JSON5. An unterminated comment extends to the
+  /// end.
   bool skip_more() {
     const std::string_view rest = text_.substr(at_);
     for (const std::string_view space :
@@ -157,7 +158,7 @@ class Parser {
     return id;
   }
 
-  /// The values within the object or array `id`.
+  /// Parses the values within the object or array `id`.
   bool children(NodeId id, std::size_t depth) {
     const bool is_object = document_.nodes[id].kind == JsonKind::object;
     const char close = is_object ? '}' : ']';
@@ -197,7 +198,7 @@ class Parser {
 
   bool opens_string(char c) const { return c == '"' || (is_json5() && c == '\''); }
 
-  /// A key without quotes, as JSON5 has them; empty if there is none.
+  /// A key without quotes, as in JSON5; empty if there is none.
   std::string_view bare_key() {
     const auto is_name = [](char c) {
       return is_letter(c) || c == '$' || static_cast<unsigned char>(c) >= 0x80;
@@ -294,12 +295,12 @@ class Parser {
     node.kind = JsonKind::number;
     const auto answer = std::from_chars(digits.data(), digits.data() + digits.size(), node.number);
     if (answer.ec == std::errc()) return;
-    if (leading_power(digits) < 0) return;  // too small to be distinguished from 0
+    if (leading_power(digits) < 0) return;  // underflow: rounds to 0
     node.number = std::numeric_limits<double>::quiet_NaN();
     note(node.offset, id, "found " + clipped(digits) + ", expected a finite number");
   }
 
-  /// NaN and the like: no JSON, but plain enough to read on after them.
+  /// NaN and the like: invalid JSON, but reading can continue after them.
   bool not_finite(NodeId id, std::size_t start, std::size_t letters) {
     at_ += letters;
     document_.nodes[id].kind = JsonKind::number;
@@ -329,7 +330,7 @@ class Parser {
     return true;
   }
 
-  /// Reads a quoted string; `result` points into the text unless something had to be unescaped.
+  /// Reads a quoted string; `result` points into the text unless an escape had to be decoded.
   bool string(std::string_view& result) {
     const char quote = text_[at_];
     const std::size_t start = ++at_;
@@ -386,7 +387,7 @@ class Parser {
     return false;
   }
 
-  /// The further escapes of JSON5; the end of a line after a backslash is no part of the string.
+  /// The further escapes of JSON5; an escaped line end is not part of the string.
   bool escape_of_json5(std::string& whole) {
     const std::string_view rest = text_.substr(at_);
     for (const std::string_view end : {"\r\n", "\n", "\r", "\xE2\x80\xA8", "\xE2\x80\xA9"})

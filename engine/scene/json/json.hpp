@@ -1,5 +1,5 @@
 #pragma once
-/// JSON text as a tree that remembers where every value stands [RFC 8259, RFC 6901].
+/// JSON text as a tree that records the position of every value [RFC 8259, RFC 6901].
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -13,25 +13,25 @@ namespace pantin::detail {
 
 enum class JsonKind : std::uint8_t { null, boolean, number, string, array, object };
 
-/// A place in JsonDocument::nodes.
+/// An index into JsonDocument::nodes.
 using NodeId = std::uint32_t;
 inline constexpr NodeId kNoNode = UINT32_MAX;
 
 struct JsonNode {
   JsonKind kind = JsonKind::null;
   bool boolean = false;
-  double number = 0;         // NaN if it was refused
+  double number = 0;         // NaN if it is invalid
   std::string_view text;     // of a string: unescaped; of anything else: as written
   std::string_view key;      // of a member of an object: unescaped
   std::uint32_t offset = 0;  // bytes before the value
   std::uint32_t key_offset = 0;
   NodeId parent = kNoNode;
-  std::uint32_t place = 0;  // among the parent's children
+  std::uint32_t place = 0;  // index among the parent's children
   NodeId first_child = kNoNode, next = kNoNode;
-  std::uint32_t count = 0;  // of children
+  std::uint32_t count = 0;  // number of children
 };
 
-/// Something wrong with the text. Without a node the text is no JSON at all.
+/// A fault of the text. Without a node the text is not JSON at all.
 struct JsonFault {
   std::uint32_t offset = 0;
   NodeId node = kNoNode;
@@ -49,18 +49,18 @@ struct JsonLimits {
   JsonStyle style = JsonStyle::strict;
 };
 
-/// Owns the nodes; `text` must outlive it. Node 0 is the whole.
+/// Owns the nodes; `text` must outlive it. Node 0 is the root.
 struct JsonDocument {
   std::string_view text;
   std::vector<JsonNode> nodes;
   std::vector<JsonFault> faults;
-  std::size_t more_faults = 0;  // beyond some thousands they are counted only
+  std::size_t more_faults = 0;  // beyond some thousands they are only counted
   std::deque<std::string> unescaped;
 
   const JsonNode& operator[](NodeId id) const { return nodes[id]; }
   /// The member of an object, or kNoNode.
   NodeId member(NodeId object, std::string_view key) const;
-  /// The way from the whole to a node, as in /bodies/3/name; "" for the whole.
+  /// The JSON pointer of a node, as in /bodies/3/name; "" for the root.
   std::string pointer(NodeId id) const;
 };
 
@@ -82,9 +82,9 @@ class TextCursor {
   LineColumn place_;
 };
 
-/// Reads JSON in UTF-8, with or without a byte order mark. Faults that leave the rest
-/// readable (keys given twice, numbers that are not finite) are collected; others end the reading.
-/// Throws Cancelled where the poll says so.
+/// Reads JSON in UTF-8, with or without a byte order mark. Faults after which the rest can be read
+/// (repeated keys, non-finite numbers) are collected; others end the reading. Throws Cancelled if
+/// the poll says so.
 JsonDocument parse_json(std::string_view text, const JsonLimits& limits = {});
 
 }  // namespace pantin::detail

@@ -28,7 +28,7 @@ Result<std::string> read_text(const std::string& path, std::size_t most, std::st
     return Error{printable(path) + ": found no file to read (" +
                  std::strerror(errno ? errno : EIO) + ")" + expected};
   std::string text;
-  // In pieces, so that a device without an end is noticed.
+  // Reads in pieces, so that an endless device is detected.
   constexpr std::size_t kPiece = 1u << 16;
   while (file && text.size() <= most) {
     const std::size_t before = text.size();

@@ -1,5 +1,5 @@
 #pragma once
-/// The whole text of a file.
+/// Reads the whole text of a file.
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -8,7 +8,7 @@
 
 namespace pantin::detail {
 
-/// At most `most` bytes; otherwise one line that says why not, where `what` was expected.
+/// Reads at most `most` bytes; on failure a one-line error that says that `what` was expected.
 Result<std::string> read_text(const std::string& path, std::size_t most, std::string_view what);
 
 /// "name: found more than 10 bytes, expected a scene file".

@@ -28,7 +28,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return one[b.size()];
 }
 
-/// The least cost of a comparison, so that comparing lengths counts too.
+/// The least cost charged for a comparison, so that comparing lengths counts as well.
 constexpr std::size_t kLookCost = 8;
 
 std::string hint_of(std::string_view best) {

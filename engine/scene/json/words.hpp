@@ -7,14 +7,15 @@
 
 namespace pantin::detail {
 
-/// The candidate nearest to `word` by edit distance, or "" if none is near. The first of equals.
+/// The candidate with the least edit distance to `word`, or "" if none is near. Ties go to the
+/// first.
 std::string_view nearest(std::string_view word, std::span<const std::string_view> candidates);
 
 /// "; nearest is "shin"", or "" if no candidate is near.
 std::string hint(std::string_view word, std::span<const std::string_view> candidates);
 
-/// Hints for the messages of one file. They cost at most about 0.1 s together; after that there are
-/// none, so that a file of many wrong names is refused as fast as any other.
+/// Name suggestions for the messages of one file. Their total cost is bounded to about 0.1 s; after
+/// that none are made, so that a file with many wrong names is rejected as fast as any other.
 class Hints {
  public:
   bool any_left() const { return left_ > 0; }
@@ -26,10 +27,10 @@ class Hints {
   std::size_t left_ = 20'000'000;  // cells of edit distance tables
 };
 
-/// A number for a message, six digits at most.
+/// A number for a message, with at most six digits.
 std::string written(double number);
 
-/// The shortest text that is read as the same number.
+/// The shortest text that reads back as the same number.
 std::string number_text(double number);
 
 /// A name in quotes, clipped and printable.

@@ -1,4 +1,5 @@
-// Keys of what acts along the freedoms of joints, and of the measures of their kinds.
+// Keys of springs, friction and motors along joint coordinates, and of the parameters of joint
+// kinds.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -61,7 +62,7 @@ constexpr Key kDof[] = {
     object("motor", "motor", "Default: none."),
 };
 
-/// Complains of what belongs to other kinds.
+/// Reports keys that belong to other kinds.
 void check_keys(const Reader& from, JointKind kind) {
   const bool is_chain = !from.accepts("type");  // its "length" and "axis" mean other things
   const auto error = [&](std::string_view key, const std::string& expected) {

@@ -17,7 +17,7 @@ constexpr std::string_view kMotions[] = {"dynamic", "fixed", "kinematic"};
 constexpr std::string_view kOldMotions[] = {"", "", "driven"};
 constexpr std::string_view kBodyOrWorld = "the name of a body, or \"world\"";
 
-// What a body and the links of a chain both have. A class of bodies says it of links too.
+// Keys that a body and the links of a chain share. A class of bodies applies to links as well.
 constexpr Key kShape = object("shape", "shape", "The body's one shape.");
 constexpr Key kShapes =
     objects("shapes", "shape", "Several shapes. Where they overlap their mass counts twice.");
@@ -153,7 +153,7 @@ int most_links(const Reading& reading) {
   return std::max(1, static_cast<int>(std::min(reading.limits.bodies, kMost)));
 }
 
-/// A chain from point to point; no links if they do not make one.
+/// A chain through given points; no links if these are invalid.
 void read_path(const Reading& reading, const Reader& from, ChainRecipe& chain) {
   const std::size_t refused_before = reading.diagnostics.error_count();
   const std::vector<NodeId> nodes = from.items("path");
@@ -188,7 +188,7 @@ bool can_lie(const Reader& from, const ChainRecipe& chain, int links) {
   if (span <= reach * (1 + 1e-9) && (links > 1 || span >= reach * (1 - 1e-9))) return true;
   from.error("end", "found an end " + written(span) + " m from the start, expected one that " +
                         written(reach) + " m of links can meet");
-  return true;  // as long as it is, so that names in it are known
+  return true;  // keeps the given number, so that names in it are known
 }
 
 /// Number of links of a chain and its layout; no links if the layout is impossible.

@@ -1,4 +1,4 @@
-// Cables, what they are led over, and pins.
+// Cables, their guides, and pins.
 #include "engine/scene/read/read.hpp"
 
 namespace pantin::detail {

@@ -1,4 +1,4 @@
-// Keys of classes and defaults: what bodies, joints, cables and pins are unless they say otherwise.
+// Keys of classes and defaults: inherited values of bodies, joints, cables and pins.
 #include <algorithm>
 #include <string>
 
@@ -29,12 +29,12 @@ constexpr Key kObjectClass[] = {
     kOfPins,
 };
 
-constexpr std::size_t kDeepest = 8;  // classes that take after one another
+constexpr std::size_t kDeepest = 8;  // classes that inherit from one another
 
-// What the joints of a chain take from a class; other keys mean something else there.
+// The keys that joints of a chain inherit; other keys have a different meaning there.
 constexpr std::string_view kOfTheirJoints = "kind limits drive spring friction motor";
 
-/// What its links take from a class of bodies: the keys that say the same of both.
+/// The keys that links of a chain inherit from a class of bodies: those with the same meaning.
 const std::string& keys_of_links() {
   static const std::string words = [] {
     std::string all;
@@ -46,8 +46,8 @@ const std::string& keys_of_links() {
   return words;
 }
 
-/// Reads a number or a word so that what is wrong with it is told, used or not. Others are told of
-/// where they are used.
+/// Reads numbers and words of a class, so that their faults are reported even if it is unused.
+/// Other values are checked where they are used.
 void check_value(const Reading& reading, const Reader& from, const Key& key) {
   const std::string_view name = key.name;
   if (key.type == ValueType::number) from.number(name, 0);
@@ -61,7 +61,7 @@ void check_value(const Reading& reading, const Reader& from, const Key& key) {
   if (name == "material") read_material(reading, from, 0);
 }
 
-/// What stands under a key of a class; nothing if no object with so many keys can be right.
+/// The value of a key of a class; kNoNode if it has more keys than any valid object.
 NodeId read_part(const Reading& reading, const Reader& from, std::string_view key) {
   const NodeId node = from.find(key);
   if (node == kNoNode) return kNoNode;
@@ -78,7 +78,7 @@ ClassParts read_parts(const Reading& reading, const Reader& from) {
           read_part(reading, from, "cable"), read_part(reading, from, "pin")};
 }
 
-/// A class by the name that stands at a node; null after an error.
+/// The class with the name at a node; null after an error.
 const std::vector<ClassParts>* find_class(const Reading& reading, NodeId node) {
   const JsonNode& value = reading.json[node];
   const std::string_view name = value.kind == JsonKind::string ? value.text : "";
@@ -117,7 +117,7 @@ void add_sources(const ClassParts& parts, std::string_view what, ObjectSource& t
   if (what == "chain") add(parts.body, keys_of_links()), add(parts.joint, kOfTheirJoints);
 }
 
-/// The kind of a joint, from wherever it is told.
+/// The kind of a joint, given by itself or inherited.
 JointKind kind_of(const Reading& reading, const ObjectSource& from) {
   NodeId node = reading.json.member(from.node, "kind");
   for (const KeySource& source : from.sources)
@@ -128,7 +128,7 @@ JointKind kind_of(const Reading& reading, const ObjectSource& from) {
   return kind;
 }
 
-/// A class may say what some of its joints cannot have: of those it is not taken.
+/// Excludes inherited keys that a joint of this kind cannot have.
 void leave_out(const Reading& reading, const KeySet& set, ObjectSource& from) {
   const JointKindInfo& kind = info_of(kind_of(reading, from));
   for (const Key& key : set.keys)

@@ -1,4 +1,4 @@
-// Keys of what bodies touch, and of pairs of materials.
+// Keys of collision, and of pairs of materials.
 #include <algorithm>
 #include <map>
 #include <string>
@@ -59,7 +59,7 @@ constexpr AnyOf kMaterialPairNeeds[] = {
 
 constexpr std::size_t kGroups = 32;
 
-/// The bit of a name that all files share, old or new; 0 if there is none left.
+/// The bit of a name, new or known, shared by all files; 0 if none is left.
 std::uint32_t bit_of(std::vector<std::string_view>& names, std::string_view name) {
   const auto it = std::find(names.begin(), names.end(), name);
   const auto place = static_cast<std::size_t>(it - names.begin());
@@ -68,7 +68,7 @@ std::uint32_t bit_of(std::vector<std::string_view>& names, std::string_view name
   return std::uint32_t(1) << place;
 }
 
-/// The bit of a group given by its name or its number; 0 after a complaint.
+/// The bit of a group given by name or number; 0 after an error.
 std::uint32_t group_bit(const Reading& reading, NodeId node) {
   const JsonNode& value = reading.json[node];
   if (value.kind == JsonKind::number && value.number >= 0 && value.number < kGroups &&
@@ -83,7 +83,7 @@ std::uint32_t group_bit(const Reading& reading, NodeId node) {
   return 0;
 }
 
-/// What stands under "collision"; nothing if it is false.
+/// The value under "collision"; nothing if it is false.
 std::optional<Collision> collision_at(const Reading& reading, NodeId node) {
   const JsonNode& value = reading.json[node];
   Collision base = reading.collision.value_or(Collision{});
@@ -162,7 +162,7 @@ bool read_collision_of(const RowValue& row, BodyRecipe& body) {
   if (from.has("shape") || from.has("shapes"))
     body.collision = read_collision(row.reading, from, row.reading.collision);
   else if (from.says("collision") && collision_at(row.reading, row.node()))
-    // A class may say it for those that have shapes.
+    // A class may have it, since it applies only to bodies with shapes.
     row.from.error_at_key(
         row.key.name,
         "found \"collision\" of a body without a shape, expected a shape that touches");

@@ -16,7 +16,7 @@ using namespace rows;
 constexpr Range kMoment{0, 1e6, "a time in seconds from 0 to 1e6"};
 constexpr Range kRepeat{kShortestRepeat, 1e6, "a time in seconds from 1e-3 to 1e6"};
 
-/// What stands under keys of a form, in the order of the forms.
+/// Value types by form, in the order of the forms.
 struct FormInfo {
   EventForm form;
   ValueType type;
@@ -66,7 +66,7 @@ Key key_of(const EventKey& from, const auto& member) {
   return from.tells_default ? or_else(key, member) : key;
 }
 
-/// Keys of one kind, and what their views refer to.
+/// Keys of one kind, with storage for the text that their views refer to.
 struct EventKeySet {
   std::string what;
   std::vector<Key> keys;
@@ -100,7 +100,7 @@ struct EventKeySet {
 
 template <class... Kinds>
 std::vector<KeySet> make_sets(const std::variant<Kinds...>*) {
-  static std::vector<std::unique_ptr<EventKeySet>> owned;  // whose addresses stay
+  static std::vector<std::unique_ptr<EventKeySet>> owned;  // at stable addresses
   (owned.push_back(std::make_unique<EventKeySet>(Kinds{}, owned.size())), ...);
   std::vector<KeySet> sets;
   for (const auto& made : owned) sets.push_back(made->set);

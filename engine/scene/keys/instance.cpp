@@ -1,4 +1,4 @@
-// Keys of instances of prefabs, and of what writes many things out by rule.
+// Keys of instances of prefabs, and of generators that expand to many objects.
 #include <cmath>
 
 #include "engine/scene/read/read.hpp"
@@ -125,7 +125,7 @@ constinit const KeySet keys::mirror{
 
 bool read_members(const Reading& reading, const Reader& from, InstanceRecipe& instance) {
   read_rows(reading, from, instance);
-  return true;  // also without its prefab, so that its name is known
+  return true;  // even without its prefab, so that its name is known
 }
 
 bool read_members(const Reading& reading, const Reader& from, GridRecipe& grid) {
@@ -141,7 +141,7 @@ BodyRecipe read_stairs(const Reading& reading, NodeId node) {
   read_rows(reading, from, stairs), read_rows(reading, from, body);
   body.body.motion = Motion::fixed;
   const std::uint32_t material = read_material(reading, from, 0);
-  // Each step reaches down to the floor, so that none can be slipped under.
+  // Each step reaches down to the floor, so that nothing slips under it.
   for (int i = 0; i < stairs.count; ++i) {
     Shape step{ShapeKind::box, 0.5 * Vec3(stairs.run, (i + 1) * stairs.rise, stairs.width), {}};
     step.local.position = {(i + 0.5) * stairs.run, step.size.y, 0};

@@ -21,13 +21,13 @@ constexpr std::string_view kCoordinates[] = {"angle", "travel"};
 constexpr std::string_view kOldCoordinates[] = {"turn", "slide"};
 constexpr std::string_view kBodyOrWorld = "the name of a body, or \"world\"";
 
-/// One parameter of several kinds may have narrower bounds in some of them.
+/// The union of two ranges: kinds that share a parameter may bound it differently.
 constexpr Range wider(const Range& a, const Range& b) {
   if (a.least == b.least && a.most == b.most) return a;
   return {std::min(a.least, b.least), std::max(a.most, b.most), "a number that fits the kind"};
 }
 
-/// Adds what a kind has of its own to `into`, from `count` on; counts only if there is no room.
+/// Adds the parameters of a kind to `into`, from `count` on; only counts them if `into` is full.
 constexpr void add_parameters(const JointKindInfo& kind, std::span<Key> into, std::size_t& count) {
   for (const Parameter& p : kind.parameters) {
     Key key = number(p.key, "", range_of(p),

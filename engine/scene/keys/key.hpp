@@ -1,7 +1,7 @@
 #pragma once
-/// A key of an object in a file: what a value under it must be and what it means. The reader takes
-/// bounds, words and defaults from these rows, and the JSON Schema is printed from them. A row may
-/// be bound to a member, which it is read into: see bind.hpp.
+/// A key of an object in a file: type, range and meaning of its value. The reader takes bounds,
+/// words and defaults from these rows, and the JSON Schema is generated from them. A row may be
+/// bound to the member that the value is read into: see bind.hpp.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -34,14 +34,14 @@ inline constexpr Range kDegrees{-1e6, 1e6, "an angle in degrees, between -1e6 an
 inline constexpr Range kRadians{-1e4, 1e4, "an angle in rad, between -1e4 and 1e4"};
 inline constexpr Range kTime{-1e6, 1e6, "a time in seconds, between -1e6 and 1e6"};
 
-/// What stands under a key.
+/// The type of the value under a key.
 enum class ValueType : std::uint8_t {
   number,
   whole,  // a number without a fraction
   flag,   // true or false
   text,
-  name,              // of the object itself
-  reference,         // a name of something else
+  name,              // the name of the object itself
+  reference,         // the name of another object
   references,        // an array of them
   word,              // one of Key::words
   vector,            // three numbers
@@ -70,15 +70,15 @@ enum class ValueType : std::uint8_t {
 struct JointKindInfo;
 struct RowValue;
 
-/// Its address stands for a type.
+/// A tag whose address identifies a type.
 template <class T>
 inline constexpr char kTypeTag = 0;
 
-/// Where the value of a row goes: to a member of an object of some type.
+/// The destination of a row's value: a member of an object of some type.
 struct Binding {
   const void* owner;                             // the tag of that type
-  bool (*put)(const RowValue& row, void* into);  // false: what is needed could not be read
-  std::optional<Vec3> (*initial)();  // what the member is at first; a single number thrice
+  bool (*put)(const RowValue& row, void* into);  // false: a required value could not be read
+  std::optional<Vec3> (*initial)();  // initial value of the member; a single number three times
 };
 
 template <class T, class Member>
@@ -95,8 +95,8 @@ std::optional<Vec3> initial_of(const T& x) {
   return std::nullopt;
 }
 
-/// By a function bool (const RowValue&, Owner&), or through pointers to members, from that of the
-/// owner on.
+/// Binds by a function bool (const RowValue&, Owner&), or by a path of pointers to members that
+/// starts at the owner.
 template <auto first, auto... others>
 inline constexpr Binding kBinding = [] {
   using Owner = typename decltype(owner_of(first))::type;
@@ -113,7 +113,7 @@ inline constexpr Binding kBinding = [] {
                    [] { return initial_of(((Owner{}.*first).*....*others)); }};
 }();
 
-/// A row of a table of keys. `unit` and `about` are for people; `about` is a sentence or more.
+/// A row of a table of keys. `unit` and `about` are for people; `about` is one or more sentences.
 struct Key {
   std::string_view name;
   ValueType type;
@@ -121,21 +121,21 @@ struct Key {
   Range range = kAnyNumber;                      // of numbers
   int count = 0;                                 // of an array of fixed length
   std::span<const std::string_view> words = {};  // of a word
-  // Former names of `words`, one for each, read with a warning; "" where there is none.
+  // Former names of `words`, one for each, accepted with a warning; "" if there is none.
   std::span<const std::string_view> old_words = {};
   std::string_view object = {};    // the kind of object
-  std::string_view expected = {};  // for complaints that nothing is there
-  bool is_needed = false;          // complain so
+  std::string_view expected = {};  // what an error says was expected if it is missing
+  bool is_needed = false;          // required: an error if it is missing
   bool is_never_zero = false;
-  std::string_view never_zero = {};  // why
-  std::string_view old = {};         // its name in earlier versions, read with a warning
+  std::string_view never_zero = {};  // the reason, if 0 is not allowed
+  std::string_view old = {};         // its name in earlier versions, accepted with a warning
   bool (*fits)(const JointKindInfo&) = nullptr;  // kinds of joints that may have it; null: all
   bool has_default = false;
-  Real defaults[3] = {};             // of a number, a vector; 1 or 0 of a flag; the place of a word
+  Real defaults[3] = {};             // of a number, a vector; 1 or 0 of a flag; index of a word
   const Binding* binding = nullptr;  // null: read by code
-  bool is_default_told = false;      // in words; what the member is at first is not shown
+  bool is_default_told = false;      // stated in words; the member's initial value is not shown
 
-  /// Bound to a member, or to a function: see kBinding. What the member is at first is the default.
+  /// Binds to a member, or to a function: see kBinding. The member's initial value is the default.
   template <auto... path>
   constexpr Key to() const {
     Key key = *this;
@@ -152,7 +152,7 @@ struct Key {
     key.range = allowed;
     return key;
   }
-  /// An array of so many.
+  /// An array of fixed length.
   constexpr Key holding(int of_fixed_length) const {
     Key key = *this;
     key.count = of_fixed_length;
@@ -164,7 +164,7 @@ struct Key {
     key.has_default = true, key.defaults[0] = x, key.defaults[1] = y, key.defaults[2] = z;
     return key;
   }
-  /// It must be there; what is expected, for complaints.
+  /// Required; `what` is what an error says was expected.
   constexpr Key needed(std::string_view what) const {
     Key key = expecting(what);
     key.is_needed = true;
@@ -197,21 +197,21 @@ struct Key {
   }
 };
 
-/// What an absent value becomes, where the table tells: a single number thrice, 1 or 0 of a flag,
-/// the place of a word.
+/// The default of a key, if the table has one: a single number three times, 1 or 0 of a flag, the
+/// index of a word.
 std::optional<Vec3> default_of(const Key& key);
 
-/// Of two keys that must not stand side by side: `one`, and any of `others`, words between spaces.
+/// Keys that exclude one another: `one`, and any of `others`, separated by spaces.
 struct Exclusive {
   std::string_view one, others;
 };
 
-/// At least one of `keys`, words between spaces, must be there; what to complain of otherwise.
+/// At least one of `keys`, separated by spaces, is required; and the error text if none is given.
 struct AnyOf {
   std::string_view keys, complaint;
 };
 
-/// Where `key` is there, one of `with` must be too; what to complain of otherwise.
+/// If `key` is given, one of `with` is required too; and the error text if none is.
 struct Beside {
   std::string_view key, with, complaint;
 };
@@ -219,7 +219,7 @@ struct Beside {
 inline constexpr std::span<const Exclusive> kNoPairs;
 inline constexpr std::span<const AnyOf> kNoNeeds;
 
-/// All keys of one kind of object. A key and the same key in _deg exclude each other everywhere.
+/// All keys of one kind of object. A key and the same key with _deg always exclude each other.
 struct KeySet {
   std::string_view what;   // the kind of object, as errors name it
   std::string_view about;  // one line or more
@@ -227,7 +227,7 @@ struct KeySet {
   std::span<const Exclusive> exclusive = {};
   std::span<const AnyOf> any_of = {};
   std::span<const Beside> beside = {};
-  /// Keys of earlier versions that nothing reads today, words between spaces: told of and left.
+  /// Keys of earlier versions, separated by spaces, that are ignored with a warning.
   std::string_view retired = {};
 
   constexpr bool is_retired(std::string_view name) const;
@@ -238,7 +238,7 @@ struct KeySet {
   }
 };
 
-/// Calls `take` with each of the words between spaces.
+/// Calls `take` with each word of a list separated by spaces.
 constexpr void each_word(std::string_view words, auto take) {
   while (!words.empty()) {
     const std::size_t end = words.find(' ') < words.size() ? words.find(' ') : words.size();
@@ -252,15 +252,15 @@ constexpr bool KeySet::is_retired(std::string_view name) const {
   each_word(retired, [&](std::string_view word) { known = known || word == name; });
   return known;
 }
-/// Whether `name` is one of them.
+/// Whether `name` is one of these words.
 constexpr bool is_word_of(std::string_view words, std::string_view name) {
   bool found = false;
   each_word(words, [&](std::string_view word) { found = found || word == name; });
   return found;
 }
 
-/// The keys of a table but for `own`, words between spaces: those that a class may hold. None of
-/// them is needed.
+/// The keys of a table without `own` (separated by spaces): those that a class may hold, all
+/// optional.
 template <const auto& kAll, std::size_t kOwn>
 constexpr auto shared_keys(std::string_view own) {
   std::array<Key, std::size(kAll) - kOwn> shared{};
@@ -273,7 +273,7 @@ constexpr auto shared_keys(std::string_view own) {
   return shared;
 }
 
-/// Rows of tables, bound to a member where one is named: see Key::to.
+/// Constructors of table rows, bound to a member if one is named: see Key::to.
 namespace rows {
 
 using Text = std::string_view;

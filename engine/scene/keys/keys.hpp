@@ -1,6 +1,6 @@
 #pragma once
-/// The keys of a scene file by kind of object: THE tables that the reader goes by and that the JSON
-/// Schema is printed from. The reader rejects all other keys.
+/// The keys of a scene file by kind of object: THE tables by which the reader works and from which
+/// the JSON Schema is generated. The reader rejects all other keys.
 #include <array>
 #include <span>
 #include <string>
@@ -28,16 +28,16 @@ namespace keys {
       sweep_face, interpolation_face, nurbs_curve, line_curve, arc_curve, circle_curve,           \
       ellipse_curve, interpolation_curve, outline_curve, joined_curve
 
-/// All kinds of objects but shapes, paths and events.
+/// All kinds of objects except shapes, paths and events.
 extern const KeySet PANTIN_OBJECTS;
 inline constexpr auto kAll = [](const auto&... sets) {
   return std::array{&sets...};
 }(PANTIN_OBJECTS);
 
-/// Kinds of joints that a key is for.
+/// Predicates on the kinds of joints that may have a key.
 constexpr bool is_line(const JointKindInfo& kind) { return kind.is_line; }
 constexpr bool is_no_line(const JointKindInfo& kind) { return !kind.is_line; }
-/// How many coordinates springs, friction and motors may act along.
+/// The number of coordinates with springs, friction and motors.
 constexpr int actuated(const JointKindInfo& kind) {
   int count = 0;
   for (const FreeCoordinate& c : kind.coordinates) count += (c.use & kActuated) != 0;
@@ -57,7 +57,7 @@ constexpr void each_word_of_kinds(bool (*fits)(const JointKindInfo&), auto take)
   for (const JointKindInfo& kind : kJointKindInfos)
     if (fits(kind) && !kind.alias.empty()) take(kind.alias);
 }
-/// Names of the kinds, then their other names.
+/// Names of the kinds, followed by their aliases.
 template <bool (*fits)(const JointKindInfo&)>
 inline constexpr auto kWords = [] {
   constexpr std::size_t kCount = [] {
@@ -71,7 +71,7 @@ inline constexpr auto kWords = [] {
   return words;
 }();
 
-/// What kinds of joints have of their own, each key once, with the range that fits them all.
+/// The parameters of joint kinds, each key once, with the union of its ranges.
 std::span<const Key> joint_parameters();
 constexpr Range range_of(const Parameter& p) {
   switch (p.range) {
@@ -94,14 +94,14 @@ constexpr const Parameter* parameter_of(const JointKindInfo& kind, std::string_v
 
 /// The keys of one kind of object; the kind must be in the list.
 const KeySet& keys_of(std::string_view what);
-/// Those of a kind of shape, from the table of the kinds.
+/// The keys of a kind of shape, from the table of kinds.
 const KeySet& keys_of(ShapeKind kind);
-/// Its length along its y axis, which may be told by its ends "from" and "to"; null if it has none.
+/// Its length along y, which may also be given by the ends "from" and "to"; null if it has none.
 const SizeKey* length_of(const ShapeTraits& kind);
-/// Those of "path", then of the kinds of paths that are objects, from the list of the kinds.
+/// The keys of "path", then of the kinds of paths that are objects, from the list of kinds.
 std::span<const KeySet> path_key_sets();
 
-/// Those of events, from the list of their kinds.
+/// The keys of events, from the list of their kinds.
 std::span<const KeySet> event_key_sets();
 
 /// All kinds of objects.

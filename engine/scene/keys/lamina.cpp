@@ -1,4 +1,4 @@
-// Keys of laminas and of their fingers; what means nothing is refused by name and place.
+// Keys of laminas and of their fingers; invalid values are rejected by name and position.
 #include <algorithm>
 #include <string>
 
@@ -70,7 +70,7 @@ std::optional<Vec2> pair_if(const Reader& from, std::string_view key) {
   return Vec2{v[0], v[1]};
 }
 
-/// Tells what is wrong with a lamina or a finger, at the value that it is about.
+/// Reports the fault of a lamina or a finger at the value concerned.
 void tell(const Reader& from, const LaminaFault& fault) {
   using enum LaminaFault::Place;
   const NodeId node = fault.place == outline  ? from.find("outline")
@@ -81,7 +81,7 @@ void tell(const Reader& from, const LaminaFault& fault) {
   from.diagnostics.error(node, "found " + fault.found + ", expected " + fault.expected);
 }
 
-/// False if it bounds no area.
+/// Returns false if the outline encloses no area.
 bool is_outline(const Reader& from, std::vector<Vec2>& corners) {
   const std::size_t count = corners.size();
   const LaminaFinding fault = check_outline(corners);
@@ -205,7 +205,7 @@ std::optional<LaminaPlan> read_lamina(const Reading& reading, NodeId node, Vec3 
   const Vec2 force = pair_if(from, "force").value_or(Vec2{});
   lamina.force = {force.x + lamina.mass * gravity.x, force.y + lamina.mass * gravity.y};
   if (const auto fault = check_load(lamina)) tell(from, *fault);
-  if (is_bad) return std::nullopt;  // fingers would be misjudged
+  if (is_bad) return std::nullopt;  // fingers would be checked against a wrong outline
   read_fingers(reading, from, lamina);
   if (reading.diagnostics.error_count() != before) return std::nullopt;
   return lamina;

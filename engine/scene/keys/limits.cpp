@@ -52,7 +52,7 @@ constexpr AnyOf kSoftNeeds[] = {{"zone zone_deg",
                                  "found no \"zone\", expected how far before the stop the spring "
                                  "begins, in rad, or \"zone_deg\""}};
 
-/// Keys of a coordinate's limit: of a swing there are two.
+/// The keys of a coordinate's limit; a swing has two.
 std::vector<std::string_view> keys_of(const FreeCoordinate& c) {
   if (c.limit.empty()) return {};
   if (c.which == Coordinate::swing) return {c.limit, "swing"};
@@ -88,7 +88,7 @@ void check_limits(const Reader& from, JointKind kind) {
   }
 }
 
-/// Warns of a range that no joint leaves, since it does not count whole turns.
+/// Warns of a range that covers a whole turn and so never limits: angles do not count turns.
 void warn_of_turns(const Reader& from, std::string_view key, const AngleLimit& limit) {
   constexpr Real kTurn = 2 * kPi * (1 + 1e-9);
   if (limit.high - limit.low <= kTurn && limit.high <= kTurn && limit.low >= -kTurn) return;
@@ -102,7 +102,7 @@ void warn_of_turns(const Reader& from, std::string_view key, const AngleLimit& l
                : " rad reach beyond a turn; degrees stand under \"" + std::string(key) + "_deg\""));
 }
 
-/// Least and most of an angle, or of a travel in m.
+/// Minimum and maximum of an angle, or of a travel in m.
 AngleLimit read_range(const Reader& from, const FreeCoordinate& c) {
   const bool travels = c.which == Coordinate::travel;
   Real ends[2];
@@ -116,7 +116,7 @@ AngleLimit read_range(const Reader& from, const FreeCoordinate& c) {
   return {};
 }
 
-/// Half angles of the cone that a swing must stay in.
+/// Half angles of the cone that limits a swing.
 SwingLimit read_swing(const Reader& from) {
   Real half[2];
   const bool is_round = either(from, "cone") != kNoNode;
@@ -124,7 +124,7 @@ SwingLimit read_swing(const Reader& from) {
       is_round ? read_angles(from, "cone", {half, 1}) : read_angles(from, "swing", half);
   if (!is_read) return {};
   if (is_round) half[1] = half[0];
-  // 180 degrees need not round to pi.
+  // 180 degrees may round to more than pi.
   const auto fits = [](Real x) { return x >= 0 && x <= kPi * (1 + 1e-12); };
   if (fits(half[0]) && fits(half[1])) return {true, std::min(half[0], kPi), std::min(half[1], kPi)};
   const NodeId node = either(from, is_round ? "cone" : "swing");

@@ -1,4 +1,4 @@
-// Keys of paths, from the list of their kinds, and how a path of whatever kind is read.
+// Keys of paths, from the list of their kinds, and the reading of a path of any kind.
 #include <array>
 #include <limits>
 #include <string>
@@ -52,7 +52,7 @@ Key key_of(const PathKey& from) {
   return key;
 }
 
-/// All sets of keys, and what their views refer to.
+/// All sets of keys, with storage for the text that their views refer to.
 struct Table {
   std::vector<std::string_view> names;
   std::string any_of, complaint;
@@ -95,13 +95,13 @@ struct Table {
       Path path;
       Path::scene_keys(path, [&](const PathKey& key, auto&) { own.push_back(key_of(key)); });
       sets.push_back({Path::name, Path::about, own});
-    } else {  // a list of what is called like one of it
+    } else {  // a list of objects named like one of its members
       keys.front().push_back(
           objects(Path::name, Path::name.substr(0, Path::name.size() - 1), Path::about));
     }
   }
 
-  /// A path is of one kind.
+  /// A path has exactly one kind.
   void join() {
     complaint = "found no \"" + std::string(names.front()) + "\", expected ";
     others.resize(names.size());
@@ -122,7 +122,7 @@ const Table& table() {
   return made;
 }
 
-/// What is absent follows from where the body starts.
+/// A missing position or rotation follows from the start of the body.
 std::optional<Keyframe> read_key(const Reading& reading, NodeId node) {
   const Reader from = reading.open(node, "keyframe");
   Keyframe key{std::numeric_limits<Real>::quiet_NaN(), {Vec3(kLeftOpen), kIdentity}};
@@ -150,7 +150,7 @@ void read_kind(const Reading& reading, const Reader& from, Keyframes& path) {
                      path.loop ? "two keyframes or more for a loop" : "one keyframe or more");
 }
 
-/// A kind whose numbers are the members of an object.
+/// A kind whose values are the members of an object.
 template <class Path>
 void read_kind(const Reading& reading, const Reader& outer, Path& path) {
   const Reader from = reading.open(outer.find(Path::name), Path::name);

@@ -11,7 +11,7 @@ constexpr Range kVersion{1, 1, "1, the version this program reads"};
 constexpr Range kStep{0, 1, "a step above 0, at most 1 s", true};
 constexpr Range kDuration{0, 1e6, "a duration above 0, at most 1e6 s", true};
 
-// What a scene and a prefab both have.
+// Keys that a scene and a prefab share.
 constexpr Key kBodies = objects("bodies", "body", "Rigid bodies.");
 constexpr Key kJoints = objects("joints", "joint",
                                 "Joints. Of one that closes a loop of dynamic bodies, or holds "

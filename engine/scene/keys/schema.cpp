@@ -22,7 +22,7 @@ std::string quoted(std::string_view text) {
   return out + "\"";
 }
 
-/// Members of an object or values of an array, commas between them.
+/// The members of an object or the values of an array, separated by commas.
 struct List {
   std::string text;
   void add(const std::string& item) { text += (text.empty() ? "" : ",") + item; }
@@ -53,7 +53,7 @@ std::string number_of(const Range& range, std::string_view type = "number") {
   return list.object();
 }
 
-/// An array of `count` such items; of any number of them if that is 0.
+/// An array of `count` such items; of any number if that is 0.
 std::string array_of(const std::string& item, int count = 0) {
   List list;
   list.add("type", quoted("array"));
@@ -63,7 +63,7 @@ std::string array_of(const std::string& item, int count = 0) {
   return list.object();
 }
 
-/// One of the two, whose types differ.
+/// One of two types.
 std::string either_of(const std::string& a, const std::string& b) {
   return "{\"anyOf\":[" + a + "," + b + "]}";
 }
@@ -71,8 +71,8 @@ std::string either_of(const std::string& a, const std::string& b) {
 const std::string kSomeText = R"({"type":"string","minLength":1})";
 const std::string kFlag = R"({"type":"boolean"})";
 
-/// A quaternion or three angles, by their count, or what a joint with one angle or with two, of
-/// that range, may say instead.
+/// A quaternion or three angles, by their count; or the one or two angles, within the range, that a
+/// joint may have instead.
 std::string turn_of(int count, const Range& range) {
   const std::string whole = array_of(number_of(kAnyNumber), count);
   return "{\"anyOf\":[" + whole + "," + number_of(range) + "," + array_of(number_of(range), 2) +
@@ -91,7 +91,7 @@ std::string vector_of(const Range& range) {
   return is_any ? R"({"$ref":"#/$defs/vector"})" : array_of(number_of(range), 3);
 }
 
-/// Numbers and arrays of them.
+/// The schema of numbers and arrays of numbers.
 std::string numeric(const Key& key) {
   std::string one = number_of(key.range);
   switch (key.type) {
@@ -124,12 +124,12 @@ std::string numeric(const Key& key) {
       return turn_of(3, kDegrees);
     case ValueType::inertia:
       return either_of(array_of(one, 3), array_of(one, 6));
-    default:  // number, and what value_of() writes itself
+    default:  // number, and types that value_of() handles
       return one;
   }
 }
 
-/// What a value under the key must be, without words about it.
+/// The schema of a value, without its description.
 std::string value_of(const Key& key) {
   std::string object = "{\"$ref\":" + reference_to(key.object) + "}";
   switch (key.type) {
@@ -160,7 +160,7 @@ std::string value_of(const Key& key) {
       return either_of(kFlag, object);
     case ValueType::object_or_reference:
       return either_of(kSomeText, object);
-    default:  // what is made of numbers
+    default:  // types made of numbers
       return numeric(key);
   }
 }
@@ -189,7 +189,7 @@ std::string about(const Key& key) {
   return text;
 }
 
-/// The value with all that is told of it.
+/// The schema of a value with its description.
 std::string property_of(const Key& key) {
   List list;
   const std::string value = value_of(key);
@@ -210,7 +210,7 @@ std::string old_property_of(const Key& key) {
   return list.object();
 }
 
-/// That a key is there, by either of its names.
+/// The condition that a key is present, by either of its names.
 std::string has(const KeySet& set, std::string_view name) {
   std::string today = "{\"required\":[" + quoted(name) + "]}";
   const Key* key = set.find(name);
@@ -240,7 +240,7 @@ void add_pairs(const KeySet& set, List& rules) {
     rules.add(not_both(has(set, pair.one), has_any(set, pair.others)));
 }
 
-/// What a joint of one kind needs and may not have; `kind` is the test for it.
+/// The required and the forbidden keys of a joint of one kind; `kind` is the condition for it.
 std::string rule_of_kind(const KeySet& set, const JointKindInfo& info) {
   const bool is_joint = &set == &keys::joint;
   List needs, may_not, values;
@@ -266,7 +266,7 @@ std::string rule_of_kind(const KeySet& set, const JointKindInfo& info) {
   test.add("properties", "{\"kind\":{\"enum\":" + quoted_list(words) + "}}");
   const bool is_default = info.name == name_of(JointKind{});
   if (!is_default) test.add("required", "[\"kind\"]");
-  test.add("not", "{\"required\":[\"class\"]}");  // which may tell kind and all else
+  test.add("not", "{\"required\":[\"class\"]}");  // which may give the kind and all other keys
   return then.text.empty() ? "" : "{\"if\":" + test.object() + ",\"then\":" + then.object() + "}";
 }
 
@@ -295,7 +295,7 @@ std::string name_schema() {
          R"(of a prefab, differ. Inside an instance a thing is called \"instance/name\"."})";
 }
 
-/// An object that its "type" tells: one of `names`, each described under its name and `suffix`.
+/// An object selected by its "type": one of `names`, each described under its name plus `suffix`.
 struct TypedObject {
   std::span<const std::string_view> names;
   std::string suffix, about_type, about;

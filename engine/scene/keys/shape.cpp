@@ -64,7 +64,7 @@ constexpr Key kSkinKeys[] = {
               "which ends in .json and starts from the scene file's folder.")
         .needed("the name of a surface, or a surface")};
 
-/// What depends on what a surface is made of.
+/// The keys of a shape that depend on the source of its surface.
 KeySet surface_keys(SurfaceSource source) {
   switch (source) {
     case SurfaceSource::points:
@@ -89,7 +89,7 @@ Key size_key(const SizeKey& size) {
   return key.needed(size.expected.empty() ? kSize.words : size.expected);
 }
 
-/// The keys of a kind, and what its rules refer to.
+/// The keys of a kind, with storage for the text that its rules refer to.
 struct ShapeKeySet {
   std::vector<Key> keys;
   std::vector<Exclusive> exclusive;
@@ -99,7 +99,7 @@ struct ShapeKeySet {
   KeySet set;
 };
 
-/// Of a kind with a length along its y axis: its ends may be given instead.
+/// Adds the ends as an alternative to the length along y.
 void add_ends(const SizeKey& length, ShapeKeySet& made) {
   for (Key& key : made.keys)
     if (key.name == length.key) key.is_needed = false;
@@ -158,7 +158,7 @@ SurfacePointer kept(const Reader& from, Result<SurfacePointer> made) {
   return from.kept(std::move(made)).value_or(nullptr);
 }
 
-/// Makes a surface of an OBJ file's contents; null after a complaint at `node`.
+/// Makes a surface of an OBJ file's contents; null after an error at `node`.
 SurfacePointer surface_of_file(const Reading& reading, const Reader& from, ShapeKind kind,
                                const std::string& path) {
   const NodeId node = from.find("file");
@@ -180,8 +180,8 @@ SurfacePointer surface_of_file(const Reading& reading, const Reader& from, Shape
   return nullptr;
 }
 
-/// The surface of the OBJ file under "file"; null after a complaint. Each file is read once,
-/// however many shapes name it.
+/// The surface of the OBJ file under "file"; null after an error. Each file is read once, however
+/// many shapes name it.
 SurfacePointer read_obj(const Reading& reading, const Reader& from, ShapeKind kind) {
   const NodeId node = from.find("file");
   const std::string name = from.text("file", "");
@@ -244,9 +244,9 @@ Quat from_y_to(Vec3 way) {
   return glm::normalize(Quat(1 + way.y, glm::cross(Vec3(0, 1, 0), way)));
 }
 
-/// Length and pose from the two ends; false if they do not tell them.
+/// Length and pose from the two ends; returns false if these do not determine them.
 bool read_ends(const Reader& from, const SizeKey& length, Shape& shape) {
-  if (!from.has("to")) return false;  // told already
+  if (!from.has("to")) return false;  // reported already
   const std::size_t refused_before = from.diagnostics.error_count();
   const Vec3 begin = from.vec("from", Vec3(0)), end = from.vec("to", Vec3(0));
   if (from.diagnostics.error_count() != refused_before) return false;
@@ -263,7 +263,7 @@ bool read_ends(const Reader& from, const SizeKey& length, Shape& shape) {
   return true;
 }
 
-/// The lengths that the kind has in scenes; false if one is missing.
+/// Reads the sizes of the kind; returns false if one is missing.
 bool read_size(const Reader& from, Shape& shape) {
   bool is_whole = true;
   shape.size = Vec3(0);
@@ -298,7 +298,7 @@ bool read_form(const Reading& reading, const Reader& from, Shape& shape) {
   return read_size(from, shape);
 }
 
-/// Grounds and hollow things only stand: contacts with them are sought one way.
+/// Rejects grounds and hollow shapes on moving bodies: their contacts are one-sided.
 void refuse_moving(const Reader& from, ShapeKind kind, Motion motion) {
   if (motion != Motion::dynamic || can_move(kind)) return;
   const bool closed = traits_of(kind).shape_class == ShapeClass::mesh;
@@ -318,7 +318,7 @@ const SizeKey* length_of(const ShapeTraits& kind) {
 const KeySet& keys_of(ShapeKind kind) {
   constexpr std::size_t kCount = std::size(kShapeNames);
   static const auto all = [] {
-    auto made = std::make_unique<std::array<ShapeKeySet, kCount>>();  // whose addresses stay
+    auto made = std::make_unique<std::array<ShapeKeySet, kCount>>();  // at stable addresses
     for (std::size_t i = 0; i < kCount; ++i)
       list_keys(*kShapeTraits[i], std::span(kShapeNames).subspan(i, 1), (*made)[i]);
     return made;

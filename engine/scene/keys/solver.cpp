@@ -104,11 +104,11 @@ bool read_members(const Reading& reading, const Reader& from, SolverSettings& s)
     from.error_at_key("step_tolerance", "found \"step_tolerance\" with the integrator \"" + name +
                                             "\", expected it with " + names_that_take_tolerance() +
                                             " only: no other divides steps");
-  s.step_tolerance = 0;  // of the settings around it
+  s.step_tolerance = 0;  // not inherited from the enclosing settings
   return true;
 }
 
-/// What is absent is as in the settings of the scene.
+/// Missing values are those of the scene's settings.
 bool read_value(const RowValue& row, std::optional<SolverSettings>& to) {
   if (!row.is_there()) return true;
   to = row.reading.solver;

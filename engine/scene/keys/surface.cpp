@@ -56,7 +56,7 @@ constexpr Key curve(std::string_view name, std::string_view about) {
 
 constexpr Key kCurveName = own_name("What joints call it. Needed in a list of curves.");
 
-/// The keys of a face and of a curve: its type, those of its own, and where it stands.
+/// The keys of a face or a curve: its type, its own keys, and its position.
 constexpr auto face_keys(std::size_t type, const auto&... own) {
   return std::array{face_type(type), own...,       kScale,    kPosition,
                     kRotation,       kRotationDeg, kInsideOut};

@@ -1,4 +1,4 @@
-// Keys of bodies whose surfaces touch.
+// Keys of joints of surfaces in contact.
 #include <string>
 
 #include "engine/scene/read/read.hpp"

@@ -1,4 +1,4 @@
-// Keys of what a scene looks like: materials, camera, light, ground and pictures.
+// Keys of the appearance of a scene: materials, camera, light, ground and pictures.
 #include <cmath>
 
 #include "engine/scene/read/read.hpp"
@@ -76,7 +76,7 @@ constinit const KeySet keys::ground{"ground", "The ground grid.", kGround};
 constinit const KeySet keys::output{"output", "Picture defaults.", kOutput};
 
 bool read_members(const Reading& reading, const Reader& from, Camera& camera) {
-  // A view with both ends given is kept as it is.
+  // A view with both eye and target given is not framed automatically.
   camera.automatic = !(from.has("eye") && from.has("target"));
   read_rows(reading, from, camera);
   if (camera.eye == camera.target)

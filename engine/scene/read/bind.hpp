@@ -1,9 +1,9 @@
 #pragma once
 /// Reads an object by the rows of its table: each value into the member that its row is bound to.
-/// What is absent stays as it is.
+/// Members without a value are unchanged.
 ///
-/// What rows cannot tell is code: of a value an overload of read_value for the type of the member,
-/// or a function that the row is bound to; of a whole object an overload of read_members, which
+/// What rows cannot express is code. For a value: an overload of read_value for the type of the
+/// member, or a function bound to the row. For a whole object: an overload of read_members, which
 /// calls read_rows. Overloads are declared here and in read.hpp.
 #include <optional>
 #include <string>
@@ -17,7 +17,7 @@ namespace pantin::detail {
 
 struct Reading;
 
-/// A row, and the object that its value is read from.
+/// A row, and the object that contains its value.
 struct RowValue {
   const Reading& reading;
   const Reader& from;
@@ -27,26 +27,26 @@ struct RowValue {
   NodeId node() const { return from.find(key.name); }
 };
 
-/// Reads the rows that are bound to members of the type of `tag`; others are left alone. False if a
-/// name or an object that is needed could not be read.
+/// Reads the rows bound to members of the type of `tag` and ignores others. Returns false if a
+/// required name or object could not be read.
 bool read_rows(const Reading& reading, const Reader& from, const void* tag, void* into);
 template <class T>
 bool read_rows(const Reading& reading, const Reader& from, T& into) {
   return read_rows(reading, from, &kTypeTag<T>, &into);
 }
 
-/// Opens an object by its kind; one that may name a class takes from it what it does not say.
+/// Opens an object by its kind; one that may name a class inherits missing keys from it.
 Reader open_object(const Reading& reading, NodeId node, std::string_view what);
 
-/// Angles under a key that ends in _deg become radians.
+/// A number; degrees under a key that ends in _deg are converted to radians.
 bool read_value(const RowValue& row, Real& to);
 bool read_value(const RowValue& row, std::optional<Real>& to);
-/// A whole number or a word; a flag or one of two words.
+/// A whole number or a word; a flag, or one of two words.
 bool read_value(const RowValue& row, int& to);
 bool read_value(const RowValue& row, bool& to);
 /// A material by its name, or groups as bits.
 bool read_value(const RowValue& row, std::uint32_t& to);
-/// A name, a text or a reference; references.
+/// A name, a text or a reference; an array of references.
 bool read_value(const RowValue& row, std::string& to);
 bool read_value(const RowValue& row, std::optional<std::string>& to);
 bool read_value(const RowValue& row, std::vector<std::string>& to);
@@ -60,7 +60,7 @@ bool read_members(const Reading& reading, const Reader& from, T& into) {
   return read_rows(reading, from, into);
 }
 
-/// An object of a list; nothing if it is none or lacks what it is useless without.
+/// An object of a list; nothing if it is not an object or a required value is missing.
 template <class T>
 std::optional<T> read_object(const Reading& reading, NodeId node, std::string_view what) {
   const Reader from = open_object(reading, node, what);
@@ -82,12 +82,12 @@ bool read_value(const RowValue& row, T& to) {
     return read_members(row.reading, open_object(row.reading, row.node(), row.key.object), to);
   }
 }
-/// What may be absent.
+/// An optional value.
 template <class T>
 bool read_value(const RowValue& row, std::optional<T>& to) {
   return row.is_there() ? read_value(row, to.emplace()) : !row.key.is_needed;
 }
-/// Objects.
+/// An array of objects.
 template <class T>
 bool read_value(const RowValue& row, std::vector<T>& to) {
   for (const NodeId node : row.from.items(row.key.name))

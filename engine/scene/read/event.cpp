@@ -24,7 +24,7 @@ void check_times(const Reader& from, E& e) {
                                  " s or more: it starts again when it has ended");
 }
 
-// ---- What follows from what is not said ----
+// ---- Defaults that depend on other values ----
 
 void prepare(auto&) {}
 void finish(const Reader&, const auto&, EventRecipe&) {}
@@ -46,7 +46,7 @@ void prepare(DriveEvent& e) { e.stiffness = e.damping = e.max_torque = kAsBefore
 
 // ---- Keys ----
 
-/// Reads the value of each key into the member that it is for; names into the recipe.
+/// Reads the value of each key into its member; names go into the recipe.
 struct KeyReader {
   const Reading& reading;
   const Reader& from;
@@ -78,7 +78,7 @@ struct KeyReader {
   }
 };
 
-/// False if it cannot be told what it happens to.
+/// Returns false if the target of the event is unknown.
 template <class Event>
 bool read_kind(const Reading& reading, const Reader& from, EventRecipe& recipe) {
   Event e;

@@ -15,13 +15,13 @@ namespace {
 using MaybeFace = std::optional<nurbs::Surface>;
 using MaybeCurve = std::optional<nurbs::Curve>;
 
-/// What has been read so far, if nothing has been complained of since.
+/// What has been read so far, if no error has been reported since.
 struct Whole {
   const Reader& from;
   std::size_t refused_before = from.diagnostics.error_count();
 
   bool is_good() const { return from.diagnostics.error_count() == refused_before && !has_faults(); }
-  /// Whether some number is none, which was told when the text was read.
+  /// Whether some number is not finite, which was reported when the text was read.
   bool has_faults() const {
     const auto is_below = [&](const JsonFault& fault) {
       NodeId node = fault.node;
@@ -51,7 +51,7 @@ std::array<int, 2> read_degrees(const Reader& from, int otherwise) {
   return {static_cast<int>(degrees[0]), static_cast<int>(degrees[1])};
 }
 
-/// Control points with their weights, or as they are stored.
+/// Control points with their weights, or in homogeneous form as stored.
 std::vector<nurbs::Weighted> read_net(const Reader& from) {
   std::vector<nurbs::Weighted> net;
   if (from.has("homogeneous")) {
@@ -75,7 +75,7 @@ std::vector<nurbs::Weighted> read_net(const Reader& from) {
 
 // ---- Curves ------------------------------------------------------------------------------------
 
-/// Complaints about numbers, by where the curve stands.
+/// Reports invalid numbers, at the position of the curve.
 bool is_whole(const Reader& from, const nurbs::Curve& curve) {
   const std::vector<Error> errors = nurbs::errors_of(curve, "the curve");
   for (const Error& e : errors) from.error(e.message);
@@ -222,7 +222,7 @@ MaybeFace face_of(const Reading& reading, FaceType type, const Reader& from) {
     case FaceType::revolution: {
       const auto profile = read_curve_at(reading, from, "profile");
       const Real degrees = from.number("angle_deg");
-      // All round exactly, so that it closes.
+      // Exactly a full circle, so that it closes.
       const Real angle = degrees == 360 ? 2 * kPi : degrees * (kPi / 180);
       return profile ? MaybeFace(nurbs::revolved(*profile, {}, angle)) : std::nullopt;
     }

@@ -26,7 +26,7 @@ void JsonPlaces::error(const ElementId& at, std::string_view member, std::string
   while (!member.empty()) {
     const std::size_t end = std::min(member.find('/'), member.size());
     const NodeId part = file.json.member(place, member.substr(0, end));
-    if (part == kNoNode) break;  // a default: the nearest thing around it
+    if (part == kNoNode) break;  // a default: use the nearest enclosing value
     place = part;
     member.remove_prefix(std::min(end + 1, member.size()));
   }

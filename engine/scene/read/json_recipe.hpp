@@ -1,5 +1,5 @@
 #pragma once
-/// Fills a recipe from a scene file in JSON, and remembers where each element stands in it.
+/// Fills a recipe from a scene file in JSON, and records the position of each element.
 #include <array>
 #include <string>
 #include <vector>
@@ -14,9 +14,9 @@ class JsonPlaces final : public BuildMessages {
  public:
   explicit JsonPlaces(SceneFiles& files) : files_(files) {}
 
-  /// The file of a group's elements; before they are added.
+  /// Sets the file of a group's elements; call it before they are added.
   void open_group(std::uint32_t group, SceneFile& file);
-  /// Notes where the next element of a kind stands, group by group.
+  /// Records the position of the next element of a kind, group by group.
   void add(std::uint32_t group, ElementKind kind, NodeId node);
   NodeId node(const ElementId& at) const;
 
@@ -36,8 +36,7 @@ class JsonPlaces final : public BuildMessages {
   std::vector<GroupPlaces> groups_;
 };
 
-/// Reads the first of the files, and those that its prefabs come from. Complains in them, and fills
-/// `places`.
+/// Reads the first file, and those of its prefabs. Reports errors in them, and fills `places`.
 Recipe read_recipe(SceneFiles& files, JsonPlaces& places, const SceneLimits& limits);
 
 }  // namespace pantin::detail

@@ -23,7 +23,7 @@ LaminaLook look_of(const LaminaPlan& lamina, std::uint32_t material) {
 }
 FingerTip tip_of(const FingerPlan& f) { return {spatial(f.normal), f.flat}; }
 
-/// Corners about the mass centre.
+/// Corners relative to the mass centre.
 std::vector<Vec3> about_centre(const LaminaPlan& lamina, std::span<const Vec2> corners) {
   std::vector<Vec3> about;
   for (const Vec2 corner : corners) about.push_back(spatial(corner - lamina.centre));

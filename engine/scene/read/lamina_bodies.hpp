@@ -7,12 +7,12 @@
 
 namespace pantin::detail {
 
-/// What they are added to.
+/// The lists that they are added to.
 struct LaminaParts {
   std::vector<BodyRecipe>& bodies;
   std::vector<Material>& materials;
 };
-/// A plate of the outline, and for each finger a ball or a bar, kinematic. Of what is_body().
+/// Adds a plate for the outline, and a kinematic ball or bar for each finger. Requires is_body().
 void add_lamina_bodies(const LaminaPlan& lamina, const SolverSettings& how, const LaminaParts& out);
 
 }  // namespace pantin::detail

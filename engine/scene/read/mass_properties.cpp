@@ -10,10 +10,11 @@
 namespace pantin::detail {
 namespace {
 
-// Radius of gyration of a point mass, m. Nothing turns it, so no motion depends on it.
+// Radius of gyration of a point mass, m. Nothing exerts torque on it, so no motion depends on it.
 constexpr Real kPointRadius = 0.01;
 
-/// A body with a mass and nothing else. Links of chains are jointed at their ends, and turn.
+/// Whether a body has a mass and nothing else. Links of chains have joints at their ends, and
+/// rotate.
 bool is_point_mass(const Reader& from) {
   return from.accepts("motion") && from.has("mass") && !from.has("inertia") && !from.has("shape") &&
          !from.has("shapes");
@@ -54,8 +55,7 @@ std::optional<Mat3> read_inertia(const Reader& from) {
   return std::nullopt;
 }
 
-/// Mass, centre and inertia from shapes and from what the file says of them; nothing if they do not
-/// make a body.
+/// Mass, centre and inertia from shapes and from the file; nothing if these are inconsistent.
 std::optional<MassProperties> weigh(const Reader& from, const std::vector<ShapeWithDensity>& solids,
                                     Motion motion, std::size_t refused_before) {
   MassProperties whole;
@@ -116,7 +116,7 @@ BodyMassProperties read_mass_properties(const Reading& reading, const Reader& fr
   mass_properties.mass = whole->mass;
   mass_properties.is_point = motion == Motion::dynamic && is_point_mass(from);
   if (motion != Motion::dynamic) {
-    // The moments about the frame's own axes are those of some body too.
+    // The moments about the frame's own axes are also those of a valid body.
     const Vec3 moments(whole->inertia[0][0], whole->inertia[1][1], whole->inertia[2][2]);
     if (is_possible_inertia(moments)) mass_properties.inertia = moments;
     return mass_properties;

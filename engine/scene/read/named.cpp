@@ -10,7 +10,7 @@ std::optional<std::string_view> read_new_name(const Reading& reading, NodeId nod
     reading.diagnostics.error(node, "found no \"name\", expected a name");
     return std::nullopt;
   }
-  if (reading.json[name].kind != JsonKind::string) return std::nullopt;  // told already
+  if (reading.json[name].kind != JsonKind::string) return std::nullopt;  // reported already
   const std::string_view text = reading.json[name].text;
   const auto [first, is_new] = known.try_emplace(text, node);
   if (is_new) return text;

@@ -1,5 +1,5 @@
 #pragma once
-/// Lists of things that are called by their names: curves, surfaces.
+/// Lists of named objects: curves, surfaces.
 #include <algorithm>
 #include <optional>
 #include <string>
@@ -11,16 +11,16 @@
 
 namespace pantin::detail {
 
-/// By name in the text.
+/// Objects by name in the text.
 template <class T>
 using ByName = std::unordered_map<std::string_view, T>;
 
-/// The name of an object of such a list; nothing if it has none, or after an error. `known` tells
-/// which objects have a name already, and learns of this one.
+/// The name of an object of such a list; nothing if it has none, or after an error. `known` records
+/// which objects already have a name.
 std::optional<std::string_view> read_new_name(const Reading& reading, NodeId node,
                                               ByName<NodeId>& known);
 
-/// Reads the objects of a list. Of two of one name the first counts.
+/// Reads the objects of a list. If a name is repeated, the first object counts.
 template <class T>
 void read_named(const Reading& reading, const std::vector<NodeId>& nodes, ByName<T>& into,
                 T (*read_one)(const Reading&, NodeId)) {
@@ -32,7 +32,7 @@ void read_named(const Reading& reading, const std::vector<NodeId>& nodes, ByName
   }
 }
 
-/// Complains of a value that is none of the names in `known`, and tells of the nearest.
+/// Reports a value that is not one of the names in `known`, and suggests the nearest.
 template <class T>
 void refuse_unknown(const Reading& reading, NodeId value, const ByName<T>& known,
                     const std::string& expected) {

@@ -73,7 +73,7 @@ class ObjReader {
       }
       p[i] = *x;
     }
-    mesh_.points.push_back(p);  // also where it is wrong, so that later faces are counted right
+    mesh_.points.push_back(p);  // even if invalid, so that later faces are indexed correctly
   }
 
   void read_face(std::string_view line) {

@@ -1,5 +1,5 @@
 #pragma once
-/// The pieces that read_recipe() is made of.
+/// The parts of read_recipe().
 #include <map>
 #include <memory>
 #include <optional>
@@ -20,15 +20,16 @@
 
 namespace pantin::detail {
 
-/// Surfaces made from files, by kind and path: shapes that name one file share it. Null: refused.
+/// Surfaces made from files, by kind and path, shared by shapes that name the same file. Null:
+/// invalid.
 using SurfaceFiles = std::map<std::pair<ShapeKind, std::string>, std::shared_ptr<const Surface>>;
 
-/// Where a class, or the defaults of a file, tell what bodies, joints, cables and pins are.
+/// A class, or the defaults of a file: values for bodies, joints, cables and pins.
 struct ClassParts {
   NodeId body = kNoNode, joint = kNoNode, cable = kNoNode, pin = kNoNode;
 };
 
-/// What the files of a scene share while they are read.
+/// State shared by the files of a scene while they are read.
 struct SceneReading {
   Recipe& recipe;
   SceneFiles& files;
@@ -36,10 +37,10 @@ struct SceneReading {
   const SceneLimits& limits;
   Poll poll;
   SurfaceFiles surfaces{};
-  std::vector<std::string_view> groups{};  // of collision: a name for each bit, from 0
-  std::vector<std::string> open_files{};   // being read, outermost first, by their full paths
-  std::unordered_map<std::string, std::uint32_t> prefab_of{};  // of files read before
-  std::uint32_t scopes = 0;                                    // of names of prefabs
+  std::vector<std::string_view> groups{};  // collision groups: a name for each bit, from 0
+  std::vector<std::string> open_files{};   // being read, outermost first, as full paths
+  std::unordered_map<std::string, std::uint32_t> prefab_of{};  // by files read before
+  std::uint32_t scopes = 0;                                    // number of name spaces of prefabs
   std::vector<NodeId> lamina_nodes{};                          // of Scene::laminas
 };
 
@@ -54,20 +55,21 @@ struct Reading {
   Poll& poll;
   SurfaceFiles& surfaces;
   std::vector<Material>& materials;  // of all files; the first is the default
-  std::size_t first_material = 1;    // of this file
-  std::uint32_t scope = 0;           // of the names of its prefabs
+  std::size_t first_material = 1;    // index of the first of this file
+  std::uint32_t scope = 0;           // name space of its prefabs
   std::unordered_map<std::string_view, std::uint32_t> material_of{};  // by name, in the text
-  SolverSettings solver{};                  // of the scene; bodies and instances change some of it
-  std::optional<Collision> collision{};     // of bodies without their own
-  std::vector<std::string_view> groups{};   // of collision, by name
-  std::vector<std::uint32_t> group_bits{};  // of each
+  SolverSettings solver{};                  // of the scene; bodies and instances override parts of
+                                            // it
+  std::optional<Collision> collision{};     // default of bodies
+  std::vector<std::string_view> groups{};   // collision groups, by name
+  std::vector<std::uint32_t> group_bits{};  // of each of them
   std::string folder{};                     // folder of files named by the scene
   ClassParts defaults{};
-  /// NURBS surfaces by name in the text; null: refused.
+  /// NURBS surfaces by name in the text; null: invalid.
   std::unordered_map<std::string_view, std::shared_ptr<const Surface>> surface_of{};
-  /// Curves likewise.
+  /// Curves by name in the text; nothing: invalid.
   std::unordered_map<std::string_view, std::optional<nurbs::Curve>> curve_of{};
-  /// By name in the text: the class, then those that it takes after.
+  /// By name in the text: the class, then those it inherits from.
   std::unordered_map<std::string_view, std::vector<ClassParts>> classes{};
 
   Reader open(NodeId node, std::string_view what) const {
@@ -76,10 +78,10 @@ struct Reading {
   }
 };
 
-/// The prefabs of a file, those that stand in files of their own included.
+/// Reads the prefabs of a file, including those in files of their own.
 void read_prefabs(const Reading& reading, const Reader& from);
 
-/// All of a scene file but its head: what a prefab of it has too. `number` as in ElementId.
+/// Reads a scene file without its head: the part that prefabs have too. `number` as in ElementId.
 void read_content(Reading& reading, const Reader& from, std::uint32_t number);
 
 /// Opens a file of the scene for reading.
@@ -108,7 +110,7 @@ struct ShapeDefaults {
   Real density = 1000;
   Motion motion = Motion::dynamic;
 };
-/// Reports what a body of this motion cannot have. Nothing if it cannot be read.
+/// Reports what a body of this motion cannot have. Returns nothing if it cannot be read.
 std::optional<ShapeWithDensity> read_shape(const Reading& reading, NodeId node,
                                            const ShapeDefaults& otherwise);
 
@@ -116,22 +118,22 @@ std::optional<ShapeWithDensity> read_shape(const Reading& reading, NodeId node,
 nurbs::Affine placing_of(const Reader& from);
 inline constexpr std::string_view kPlacing = "scale position rotation rotation_deg";
 
-/// Inside out. A face with errors, which check_face() tells, stays as it is.
+/// Reverses a face. A face with errors, which check_face() reports, is unchanged.
 nurbs::Surface turned(const nurbs::Surface& face);
 
-/// "surfaces".
+/// Reads "surfaces".
 void read_surfaces(Reading& reading, const Reader& scene);
-/// The surface under "surface" of a shape; null after a complaint.
+/// The surface under "surface" of a shape; null after an error.
 std::shared_ptr<const Surface> read_skin(const Reading& reading, const Reader& shape);
-/// A surface: an object, alone or in a list or a shape; null after a complaint.
+/// A surface: an object, alone or in a list or a shape; null after an error.
 std::shared_ptr<const Surface> read_surface(const Reading& reading, NodeId node);
-/// "curves".
+/// Reads "curves".
 void read_curves(Reading& reading, const Reader& scene);
-/// The curve under "curve" of a side of a joint; nothing after a complaint.
+/// The curve under "curve" of a side of a joint; nothing after an error.
 std::optional<nurbs::Curve> read_own_curve(const Reading& reading, const Reader& side);
-/// A face; nothing after a complaint.
+/// A face; nothing after an error.
 std::optional<nurbs::Surface> read_face(const Reading& reading, NodeId node);
-/// A curve; nothing after a complaint.
+/// A curve; nothing after an error.
 std::optional<nurbs::Curve> read_curve(const Reading& reading, NodeId node);
 
 /// "material_pairs"; after the materials.
@@ -140,8 +142,8 @@ std::vector<MaterialPair> read_material_pairs(const Reading& reading, const Read
 /// "collision_groups" and "collision" of the whole scene.
 void read_scene_collision(Reading& reading, const Reader& scene);
 
-/// "collision": true, false or an object; absent keys default to the scene's. Nothing for a body
-/// that does not collide.
+/// "collision": true, false or an object; missing keys default to the scene's. Returns nothing for
+/// a body that does not collide.
 std::optional<Collision> read_collision(const Reading& reading, const Reader& from,
                                         const std::optional<Collision>& otherwise);
 
@@ -155,11 +157,11 @@ std::uint32_t read_groups(const Reading& reading, const std::vector<NodeId>& nod
 /// The value of `key` or `key`_deg.
 NodeId either(const Reader& from, std::string_view key);
 
-/// Measures of the kind and what acts along its freedoms: "pitch", "spring", "friction", "motor",
-/// "angle", "travel" and so on. Reports keys that a joint of this kind cannot have.
+/// The parameters of the kind, and the laws along its coordinates: "pitch", "spring", "friction",
+/// "motor", "angle", "travel" and so on. Reports keys that a joint of this kind cannot have.
 void read_parameters(const Reading& reading, const Reader& from, RotationRecipe& turn);
 
-/// "limits": what a joint of this kind has, of its rotation and of its travel.
+/// "limits": those of the rotation and of the travel of a joint of this kind.
 JointLimits read_limits(const Reading& reading, const Reader& from, RotationRecipe& turn);
 
 /// "drive".
@@ -169,15 +171,15 @@ std::optional<JointDrive> read_pose_drive(const Reading& reading, const Reader& 
 /// "kind", "limits", "drive" and extras of a joint, or of the joints of a chain.
 RotationRecipe read_turn(const Reading& reading, const Reader& from);
 
-/// An angle or angles under `key` (rad) or `key`_deg, not both; false if neither is given or it
-/// does not fit.
+/// One or more angles under `key` (rad) or `key`_deg, not both; returns false if neither is given
+/// or the value is invalid.
 bool read_angles(const Reader& from, std::string_view key, std::span<Real> into);
 
 /// A rotation of joint axes under `key` or `key`_deg: a quaternion or three angles; one angle for a
 /// hinge, two for a universal joint. Reports rotations that the kind does not allow.
 std::optional<Quat> read_joint_turn(const Reader& from, std::string_view key, JointKind kind);
 
-/// An array of names of bodies; complains of what is none.
+/// An array of names of bodies; reports invalid items.
 std::vector<std::string> read_names(const Reading& reading, const Reader& from,
                                     std::string_view key);
 
@@ -188,7 +190,7 @@ inline std::string optional_name(const Reader& from) { return from.has("name") ?
 /// nothing rotates it about its mass centre.
 BodyMassProperties read_mass_properties(const Reading& reading, const Reader& from, Motion motion);
 
-// ---- What rows do not tell: see bind.hpp --------------------------------------------------------
+// ---- Values that rows cannot express: see bind.hpp ----------------------------------------------
 
 bool read_value(const RowValue& row, std::optional<SolverSettings>& to);
 bool read_value(const RowValue& row, modes::Vec2& to);

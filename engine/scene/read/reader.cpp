@@ -59,7 +59,7 @@ bool Reader::has_any(std::string_view keys) const {
   return any;
 }
 
-/// Complains at `other`, once, if both are there.
+/// Reports at `other`, once, if both keys are present.
 void Reader::check_exclusive(std::string_view one, std::string_view other,
                              std::vector<NodeId>& told) const {
   const NodeId second = find(other);
@@ -134,14 +134,14 @@ NodeId Reader::find(std::string_view key) const {
   return value != kNoNode || from_.sources.empty() ? value : find_inherited(key);
 }
 
-/// The value in that object alone.
+/// The value in that object alone, without inheritance.
 NodeId Reader::find_in(NodeId object, std::string_view key) const {
   const NodeId value = json.member(object, key);
   if (value != kNoNode || row(key).old.empty()) return value;
   return object != node || has_old_keys_ ? json.member(object, row(key).old) : kNoNode;
 }
 
-/// The value in the nearest class that has it, unless something nearer excludes it.
+/// The value in the nearest class that has it, unless a nearer source excludes it.
 NodeId Reader::find_inherited(std::string_view key) const {
   const auto has_value = [&](const KeySource& source) {
     return (source.only.empty() || is_word_of(source.only, key)) &&
@@ -156,7 +156,7 @@ NodeId Reader::find_inherited(std::string_view key) const {
   return is_excluded ? kNoNode : find_in(found->node, key);
 }
 
-/// Whether an object has a key that must not stand beside this one.
+/// Whether an object has a key that excludes this one.
 bool Reader::is_excluded_by(NodeId object, std::string_view key) const {
   const auto has_key = [&](std::string_view other) {
     return accepts(other) && find_in(object, other) != kNoNode;
@@ -293,7 +293,7 @@ bool Reader::numbers_at(NodeId array, std::span<Real> into, const Range& range) 
   for (NodeId c = json[array].first_child; c != kNoNode; c = json[c].next, ++i) {
     into[i] = json[c].number;
     if (std::isnan(into[i])) {
-      good = false;  // refused already
+      good = false;  // reported already
     } else if (json[c].kind != JsonKind::number || !range.holds(into[i])) {
       diagnostics.error_value(c, range.words);
       good = false;

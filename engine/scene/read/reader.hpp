@@ -14,28 +14,28 @@
 
 namespace pantin::detail {
 
-/// An object that others take keys from: a class, or the defaults of a scene.
+/// An object from which others inherit keys: a class, or the defaults of a scene.
 struct KeySource {
   NodeId node = kNoNode;
-  std::string_view only = {};  // words between spaces; empty: all
+  std::string_view only = {};  // keys separated by spaces; empty: all
 };
 
-/// An object, and where the keys come from that it does not say itself, nearest first.
+/// An object, and the sources from which it inherits missing keys, nearest first.
 struct ObjectSource {
   ObjectSource(NodeId object) : node(object) {}
   NodeId node;
   std::vector<KeySource> sources{};
-  std::vector<std::string_view> left_out{};  // keys that are not taken from these
-  bool is_class_unknown = false;             // so that nobody knows what is missing
+  std::vector<std::string_view> left_out{};  // keys that are not inherited from these
+  bool is_class_unknown = false;             // so that missing keys are not reported
 };
 
-/// Reads the members of one object by the table of its keys. A missing key yields the default, by
-/// default that of the table; an invalid value reports an error and yields the default too.
+/// Reads the members of one object by the table of its keys. A missing key yields the default,
+/// normally that of the table. An invalid value is reported and yields the default too.
 class Reader {
  public:
-  /// Reports an error if `node` is not an object, has unknown keys, or keys that exclude or need
-  /// each other; warns of old keys. What comes from a class gives way to what excludes it nearer
-  /// by.
+  /// Reports an error if `node` is not an object, has unknown keys, or has keys that exclude or
+  /// require each other; warns of old keys. An inherited value is dropped if a nearer source
+  /// excludes it.
   Reader(const JsonDocument& json, Diagnostics& diagnostics, ObjectSource from, const KeySet& set);
 
   const JsonDocument& json;
@@ -49,21 +49,21 @@ class Reader {
   /// The value of a key, or kNoNode. The key must be in the set.
   NodeId find(std::string_view key) const;
   bool has(std::string_view key) const { return find(key) != kNoNode; }
-  /// Any of several, words between spaces.
+  /// Whether any of several keys, separated by spaces, is present.
   bool has_any(std::string_view keys) const;
-  /// Whether the object itself has it, not its class.
+  /// Whether the object itself has it, not only its class.
   bool says(std::string_view key) const { return find_in(node, key) != kNoNode; }
-  /// The same for a key that is needed here: "found no "a", expected ...". Of those that are
-  /// needed always, is_needed in the table, it has been told.
+  /// The same for a key that is required in this context: "found no "a", expected ...". A missing
+  /// key with is_needed in the table has been reported already.
   NodeId need(std::string_view key) const;
 
   Real number(std::string_view key, Real otherwise) const;
   Real number(std::string_view key) const { return number(key, row(key).defaults[0]); }
-  /// The same where something else narrows the range.
+  /// The same with a narrower range.
   Real number(std::string_view key, Real otherwise, const Range& range) const;
   int whole(std::string_view key, int otherwise) const;
   int whole(std::string_view key) const;
-  /// The same where something else narrows the range.
+  /// The same with a narrower range.
   int whole(std::string_view key, int otherwise, int most) const;
   bool flag(std::string_view key, bool otherwise) const;
   bool flag(std::string_view key) const { return flag(key, row(key).defaults[0] != 0); }
@@ -71,7 +71,7 @@ class Reader {
   /// One of the key's words, as its index.
   std::size_t word(std::string_view key, std::size_t otherwise) const;
   std::size_t word(std::string_view key) const;
-  /// The same where something else narrows the choice to `words`.
+  /// The same with the choice restricted to `words`.
   std::size_t word(std::string_view key, std::size_t otherwise,
                    std::span<const std::string_view> words) const;
   Vec3 vec(std::string_view key, Vec3 otherwise) const;
@@ -79,14 +79,14 @@ class Reader {
   std::optional<Vec3> vec_if(std::string_view key) const;
   /// A nonzero vector, normalised.
   Vec3 direction(std::string_view key, Vec3 otherwise) const;
-  /// Three numbers, or one that stands for all three.
+  /// Three numbers, or one number for all three.
   Vec3 vec_or_number(std::string_view key, Vec3 otherwise) const;
   Vec3 vec_or_number(std::string_view key) const { return vec_or_number(key, default_of(key)); }
-  /// An array of exactly `into.size()` numbers; false if it is absent or wrong.
+  /// An array of exactly `into.size()` numbers; returns false if it is missing or invalid.
   bool numbers(std::string_view key, std::span<Real> into) const;
-  /// The same of the array that stands at a node, with another range.
+  /// The same for the array at a node, with another range.
   bool numbers_at(NodeId array, std::span<Real> into, const Range& range) const;
-  /// The name of something else; complains of anything but text that is not empty.
+  /// The name of another object; reports anything but text that is not empty.
   std::optional<std::string> reference(std::string_view key) const;
   /// "position" and "rotation" or "rotation_deg".
   Pose pose() const;
@@ -98,13 +98,13 @@ class Reader {
   /// The name of an object: not empty, without "/", not "world".
   std::string name() const;
 
-  /// The values of an array under a key; none if it is absent.
+  /// The values of an array under a key; none if it is missing.
   std::vector<NodeId> items(std::string_view key) const;
 
-  /// The vectors in the array "points", wrong ones too, so that others keep their places.
+  /// The vectors in the array "points", invalid ones too, so that the indices of others are kept.
   std::vector<Vec3> points() const;
 
-  /// As of Diagnostics: at the object, at the value under a key, at the key itself.
+  /// As in Diagnostics: at the object, at the value under a key, at the key itself.
   void error(std::string message) const { diagnostics.error(node, std::move(message)); }
   void error(std::string_view key, std::string message) const {
     diagnostics.error(find(key), std::move(message));
@@ -116,7 +116,7 @@ class Reader {
     diagnostics.error_at_key(find(key), std::move(message));
   }
 
-  /// What was made of the object; nothing after a complaint at it of why not.
+  /// The result of building from the object; nothing after reporting its error at the object.
   template <class T>
   std::optional<T> kept(Result<T> made) const {
     if (made) return std::move(*made);

@@ -18,7 +18,7 @@ struct OpenGroup {
 
   void note(ElementKind kind, NodeId node) const { reading.places.add(number, kind, node); }
 
-  /// Reads each item of an array; those that cannot be read are left out.
+  /// Reads each item of an array; invalid items are left out.
   template <class T>
   void read_all(const Reader& from, std::string_view key, ElementKind kind,
                 std::vector<T>& into) const {
@@ -56,14 +56,14 @@ void read_generators(const OpenGroup& open, const Reader& outer) {
   }
 }
 
-/// Complains of a name that another element has, found at `named`.
+/// Reports a name, at `named`, that another element has already.
 void refuse_repeated(const Reading& reading, NodeId named, const std::string& name, NodeId first) {
   reading.diagnostics.error(reading.json.member(named, "name"),
                             "found the name \"" + name + "\" again, expected one that " +
                                 reading.json.pointer(first) + " does not have");
 }
 
-/// Complains of names given twice; one name space for all that a group contains.
+/// Reports repeated names; a group has one name space.
 void check_names(const OpenGroup& open) {
   std::unordered_map<std::string_view, NodeId> known;
   const auto see = [&](const auto& items, ElementKind kind, const auto& name_of) {
@@ -90,7 +90,7 @@ void check_names(const OpenGroup& open) {
   see(group.pins, ElementKind::pin, own);
 }
 
-/// The kinds that act on something in particular: "push, impulse ... or winch".
+/// The kinds that act on a particular entity: "push, impulse ... or winch".
 std::string own_events() {
   std::vector<std::string_view> names;
   const auto add = [&]<class... Kinds>(const std::variant<Kinds...>*) {
@@ -103,7 +103,8 @@ std::string own_events() {
   return all;
 }
 
-/// An event of a prefab's own things. Of a file that is a scene too, the others are left out.
+/// An event that acts on the prefab's own entities. Other events, of a file that is also a scene,
+/// are ignored.
 std::optional<EventRecipe> read_event_of_prefab(const Reading& reading, NodeId node) {
   std::optional<EventRecipe> event = read_event(reading, node);
   if (!event) return std::nullopt;
@@ -120,7 +121,7 @@ std::optional<EventRecipe> read_event_of_prefab(const Reading& reading, NodeId n
   return std::nullopt;
 }
 
-/// Laminas and their fingers are bodies of the scene like others.
+/// Adds laminas and their fingers as bodies of the scene.
 void add_bodies_of_laminas(const OpenGroup& open) {
   const Reading& reading = open.reading;
   const Scene& scene = reading.scene.recipe.scene;
@@ -180,7 +181,7 @@ std::string full_path(const std::string& path) {
   return trouble ? path : full.string();
 }
 
-/// Whether a file may be opened now; reports an error at the place that names it if not.
+/// Whether a file may be opened now; reports an error at the value that names it if not.
 bool may_open(const Reading& reading, NodeId at, const std::string& full) {
   const std::vector<std::string>& open = reading.scene.open_files;
   if (open.size() >= reading.limits.depth) {
@@ -231,7 +232,7 @@ std::optional<std::uint32_t> read_prefab_file(const Reading& reading, const Read
 void read_materials(Reading& reading, const Reader& from) {
   if (reading.materials.empty()) reading.materials.emplace_back();
   reading.first_material = reading.materials.size();
-  std::vector<NodeId> nodes;  // of this file's
+  std::vector<NodeId> nodes;  // of the laminas of this file
   for (NodeId node : from.items("materials")) {
     const Reader item = reading.open(node, "material");
     if (!item.is_object()) continue;
@@ -271,7 +272,7 @@ void read_head(const Reading& reading, const Reader& from, Recipe& recipe) {
   from.number("version");
   from.text("$schema", "");
   Scene& scene = recipe.scene;
-  scene.drift_bound = 0;  // unless it is told: as promised, see parse_whole()
+  scene.drift_bound = 0;  // by default what the solvers achieve, see parse_whole()
   read_rows(reading, from, scene), read_rows(reading, from, scene.view);
   read_rows(reading, from, recipe);
 }
@@ -338,7 +339,7 @@ Recipe read_recipe(SceneFiles& files, JsonPlaces& places, const SceneLimits& lim
   read_laminas(reading, from, scene);
   read_content(reading, from, 0);
   scene.files = files.names();
-  for (const auto& [file, surface] : whole.surfaces)  // one file may be a hull and a mesh
+  for (const auto& [file, surface] : whole.surfaces)  // one file may be both a hull and a mesh
     if (std::find(scene.files.begin(), scene.files.end(), file.second) == scene.files.end())
       scene.files.push_back(file.second);
   return recipe;

@@ -1,4 +1,4 @@
-// Surfaces by name, in shapes, and in files of their own.
+// Surfaces in lists, in shapes, and in files of their own.
 #include <filesystem>
 
 #include "engine/geometry/skin_model.hpp"
@@ -12,16 +12,17 @@ namespace {
 
 using SurfacePointer = std::shared_ptr<const Surface>;
 
-constexpr Real kSureVolume = 1e-6;  // relative: a doubt below it is not worth a warning
+constexpr Real kSureVolume = 1e-6;  // relative: smaller uncertainties of the volume are not
+                                    // reported
 
-/// How the skin is called in what is told of it.
+/// The name of the skin in messages.
 std::string called(const Reader& from) {
   const NodeId name = from.find("name");
   const bool is_named = name != kNoNode && from.json[name].kind == JsonKind::string;
   return is_named ? "surface \"" + std::string(from.json[name].text) + "\"" : "the surface";
 }
 
-/// Whether it has no normal anywhere: a curve or a point.
+/// Whether it is degenerate to a curve or a point.
 bool has_no_area(const nurbs::Surface& s) {
   const Real size = nurbs::bounding_ball(s.points).radius;
   const nurbs::Range u = s.u.domain(), v = s.v.domain();
@@ -36,7 +37,7 @@ bool has_no_area(const nurbs::Surface& s) {
   return true;
 }
 
-/// Refuses what cannot be evaluated; warns of creases and of places without a normal.
+/// Rejects faces that cannot be evaluated; warns of creases and singular points.
 bool check_face(const Reading& reading, NodeId node, const nurbs::Surface& face,
                 const std::string& name) {
   const std::vector<Error> errors = nurbs::errors_of(face, name);
@@ -56,7 +57,8 @@ bool check_face(const Reading& reading, NodeId node, const nurbs::Surface& face,
   return true;
 }
 
-/// A sphere or an ellipsoid that is alone and in its place has no poles.
+/// Returns the radii of a single sphere or ellipsoid in its original position, which needs no
+/// poles.
 std::optional<Vec3> charts_of(const Reading& reading, const Reader& from,
                               const std::vector<NodeId>& faces) {
   constexpr std::string_view kMoving = "position rotation rotation_deg inside_out";
@@ -108,7 +110,7 @@ SurfacePointer surface_of_faces(const Reading& reading, const Reader& from) {
   return made_of(from, std::make_shared<nurbs::Skin>(std::move(faces), tolerance));
 }
 
-/// The surface of a file, as it is there; read once.
+/// The surface of a file, unchanged; read once.
 SurfacePointer surface_of_file(const Reading& reading, NodeId at, const std::string& name) {
   const std::string path = (std::filesystem::path(reading.folder) / name).string();
   SceneReading& scene = reading.scene;
@@ -126,7 +128,7 @@ SurfacePointer surface_of_file(const Reading& reading, NodeId at, const std::str
   return scene.surfaces[{ShapeKind::nurbs, path}] = made;
 }
 
-/// The same moved, where an object says more of it than the file.
+/// The same, transformed if an object gives a position, rotation or scale besides the file.
 SurfacePointer placed(const Reader& from, const SurfacePointer& surface) {
   if (!surface || !(from.has_any(kPlacing) || from.has("inside_out"))) return surface;
   std::vector<nurbs::Surface> faces;

@@ -21,7 +21,7 @@ std::string vector_text(Vec3 p) {
   return "[" + number_text(p.x) + ", " + number_text(p.y) + ", " + number_text(p.z) + "]";
 }
 
-/// Points and weights where they give the same products to the bit, else the products.
+/// Writes points and weights if their products are exact to the bit, else the products.
 std::string net_text(const std::vector<nurbs::Weighted>& net) {
   bool is_exact = true, is_plain = true;
   for (const nurbs::Weighted& w : net) {

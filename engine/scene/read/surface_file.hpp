@@ -10,7 +10,7 @@
 
 namespace pantin::detail {
 
-/// A surface, and what there is to warn of.
+/// A surface, and the warnings about it.
 struct LoadedSurface {
   std::shared_ptr<const Surface> surface;
   std::vector<std::string> warnings;
@@ -19,7 +19,7 @@ struct LoadedSurface {
 /// Reads a file. Errors are lines as of scene files: file, line, JSON pointer, found, expected.
 Result<LoadedSurface> load_surface(const std::string& path);
 
-/// The text of such a file. Reading it gives the same bits.
+/// The text of such a file. Reading it back gives the same bits.
 std::string surface_text(const nurbs::Skin& skin);
 
 }  // namespace pantin::detail

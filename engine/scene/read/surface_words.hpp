@@ -1,5 +1,5 @@
 #pragma once
-/// What faces and curves of scene files may be: the words under "type".
+/// The words under "type" of faces and curves in scene files.
 #include <string_view>
 
 namespace pantin::detail {
@@ -25,8 +25,8 @@ inline constexpr std::string_view kCurveTypes[] = {"nurbs",   "line",          "
                                                    "ellipse", "interpolation", "outline", "joined"};
 enum class CurveType { nurbs, line, arc, circle, ellipse, interpolation, outline, joined };
 
-/// How two surfaces that touch may move, and what happens at their rims: by SurfaceMotion and
-/// OnRim.
+/// The relative motion of two surfaces in contact, and the behaviour at their rims: in the order of
+/// SurfaceMotion and OnRim.
 inline constexpr std::string_view kSurfaceMotions[] = {"sliding", "rolling",
                                                        "rolling_without_spin"};
 inline constexpr std::string_view kOnRims[] = {"stop", "release"};

@@ -14,13 +14,13 @@
 namespace pantin::detail {
 namespace {
 
-constexpr Real kHeavy = 100;          // mass ratio across a joint from which on there is a warning
-constexpr Real kOpen = 1e-6;          // m, start gap of a joint
+constexpr Real kHeavy = 100;          // mass ratio across a joint that causes a warning
+constexpr Real kOpen = 1e-6;          // m, initial gap of a joint
 constexpr std::size_t kMostHeld = 8;  // points of one tree that are compared with all others
 
 std::string quoted(const std::string& name) { return "\"" + name + "\""; }
 
-/// By body: whether it is moved by a solver that closes loops of any joints.
+/// By body: whether its solver closes loops of any kind of joint exactly.
 struct Exact {
   const BuiltScene& built;
   const std::vector<Solver>& solvers;
@@ -30,7 +30,7 @@ struct Exact {
   bool has(const BuiltJoint& joint) const { return has(joint.a) || has(joint.b); }
 };
 
-/// How far a joint is from where its kind lets the anchors be, m.
+/// The initial gap of a joint: how far the anchors violate its kind, m.
 Real gap_of(const BuiltJoint& j, const Pose& a, const Pose& b) {
   return info_of(j.joint.kind).gap(j.joint, a, b);
 }
@@ -54,19 +54,19 @@ void warn_of_joints(const BuiltScene& built, const Exact& exact, BuildMessages& 
   }
 }
 
-/// Sets of dynamic bodies that joints tie together.
+/// Sets of dynamic bodies that joints connect.
 class Trees {
  public:
   explicit Trees(std::size_t count) : parent_(count), is_held_(count, false) {
     std::iota(parent_.begin(), parent_.end(), 0u);
   }
-  /// False if both are in one tree already.
+  /// Returns false if both are in one tree already.
   bool join(std::uint32_t a, std::uint32_t b) {
     a = root(a), b = root(b);
     parent_[std::max(a, b)] = std::min(a, b);
     return a != b;
   }
-  /// False if the body's tree is held already. After all joins.
+  /// Returns false if the body's tree is held already. Call it after all joins.
   bool hold(std::uint32_t body) {
     const std::uint32_t tree = root(body);
     const bool is_first = !is_held_[tree];
@@ -83,8 +83,8 @@ class Trees {
   std::vector<bool> is_held_;
 };
 
-/// Joints that close a loop, or hold a tree once more, hold their point and nothing else under the
-/// sweeps. "auto" leaves those that would lose by it to "lagrangian".
+/// Under the sweeps, joints that close a loop or anchor a tree again constrain their point only.
+/// "auto" passes such joints to "lagrangian" if they would lose constraints.
 void warn_of_loops(const BuiltScene& built, const Exact& exact, BuildMessages& messages) {
   Trees trees(built.bodies.size());
   std::vector<std::pair<std::uint32_t, const BuiltJoint*>> holds;  // by body
@@ -108,7 +108,7 @@ void warn_of_loops(const BuiltScene& built, const Exact& exact, BuildMessages& m
     if (!trees.hold(body)) warn(*joint, "holds what another joint holds in place already");
 }
 
-/// Joints that start beyond their limits.
+/// Warns of joints that start beyond their limits.
 void warn_of_turns(const BuiltScene& built, BuildMessages& messages) {
   constexpr Real kBeyond = 1e-6;  // rad
   for (const BuiltJoint& j : built.joints) {
@@ -122,7 +122,7 @@ void warn_of_turns(const BuiltScene& built, BuildMessages& messages) {
   }
 }
 
-/// What a solver does not know, but does not keep a scene from being run: a line for each.
+/// Warns of features that a solver ignores but that do not prevent a run: one line each.
 void warn_of_unknown(const BuiltScene& built, const Exact& exact, Solver solver,
                      BuildMessages& messages) {
   const std::string who = std::string("but the solver \"") + name_of(solver) + "\" does not know ";
@@ -163,8 +163,8 @@ void warn_of_strings(const BuiltScene& built, BuildMessages& messages) {
   }
 }
 
-/// A point of a dynamic body that has a place in the world: by an exact pin, or by a joint to a
-/// body that joints cannot move.
+/// A point of a dynamic body at a fixed position: by an exact pin, or by a joint to a body that
+/// joints cannot move.
 struct Held {
   std::uint32_t body;
   Vec3 anchor, target;
@@ -178,11 +178,11 @@ struct Edge {
   Vec3 exit, entry;  // anchors in this body and in the other
 };
 
-/// The way through the joints from one held point to each body of its tree.
+/// The path through the joints from one held point to each body of its tree.
 struct Way {
   bool is_known = false;
   Vec3 entry{0};
-  Real length = 0, longest = 0;  // of the parts up to `entry`
+  Real length = 0, longest = 0;  // of the segments up to `entry`
 };
 
 class Reach {
@@ -190,7 +190,7 @@ class Reach {
   explicit Reach(const BuiltScene& built)
       : assembly_(built), edges_(built.bodies.size()), held_(built.bodies.size()) {
     for (const BuiltJoint& j : built.joints) {
-      if (!holds_point(j.joint.kind)) continue;  // the way over it has no fixed length
+      if (!holds_point(j.joint.kind)) continue;  // a path across it has no fixed length
       const bool a = built.is_dynamic(j.a), b = built.is_dynamic(j.b);
       if (a && b) {
         edges_[j.a].push_back({j.b, j.joint.anchor_a, j.joint.anchor_b});
@@ -242,7 +242,7 @@ class Reach {
     return order;
   }
 
-  /// Compares the held points after `i` with it.
+  /// Compares held point `i` with those after it.
   void compare(const std::vector<const Held*>& all, std::size_t i, BuildMessages& messages) {
     if (i + 1 == all.size()) return;
     const Held& from = *all[i];

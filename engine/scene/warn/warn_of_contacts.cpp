@@ -1,4 +1,4 @@
-// Warnings of bodies that touch nothing, though they ask for it, and of those that fall for ever.
+// Warns of bodies that cannot collide with any other, and of bodies that fall for ever.
 #include <algorithm>
 #include <map>
 #include <string>
@@ -10,21 +10,21 @@
 namespace pantin::detail {
 namespace {
 
-constexpr std::size_t kMostKinds = 256;  // of filters; more are not compared with one another
+constexpr std::size_t kMostKinds = 256;  // of filters; above this number they are not compared
 
-/// Bodies that are filtered alike.
+/// Bodies with equal filters.
 struct FilterKind {
   std::uint32_t groups, with;
   bool is_dynamic, others, is_sensor;
   std::uint32_t first = 0;  // of its bodies
   std::uint32_t count = 0;
-  bool stops = false;  // what touches it comes to rest some time
+  bool stops = false;  // a body that touches it eventually comes to rest
 
   bool wants(const FilterKind& other) const { return (with & other.groups) != 0; }
   bool agrees(const FilterKind& other) const { return wants(other) && other.wants(*this); }
 };
 
-/// The kinds of filters of a scene.
+/// The distinct filters of a scene.
 struct Filters {
   static constexpr std::uint32_t kNone = UINT32_MAX;
   std::vector<FilterKind> kinds;
@@ -48,7 +48,8 @@ struct Filters {
 
 std::string called(const BuiltBody& body) { return "body \"" + body.name + "\""; }
 
-/// Tells of a kind of filter that agrees with no other; `nearest` is one that it asks for in vain.
+/// Warns of a filter that matches no other; `nearest` is one that it names without being named in
+/// return.
 void warn_of_filter(const BuiltScene& built, const Filters& filters, const FilterKind& kind,
                     BuildMessages& messages) {
   const FilterKind* asked = nullptr;
@@ -69,7 +70,7 @@ void warn_of_filter(const BuiltScene& built, const Filters& filters, const Filte
   messages.warn(body.at, "filter", called(body) + " touches nothing: " + why);
 }
 
-/// Dynamic bodies that joints, cables and pins tie together.
+/// Dynamic bodies that joints, cables and pins connect.
 class Islands {
  public:
   explicit Islands(const BuiltScene& built) : parent_(built.bodies.size()) {
@@ -110,7 +111,7 @@ class Islands {
   std::vector<std::uint32_t> parent_;
 };
 
-/// By kind: whether what is filtered so is stopped by what it touches.
+/// By filter: whether a body with it is stopped by something it touches.
 std::vector<bool> stopped_kinds(const Filters& filters) {
   std::vector<bool> stopped;
   for (const FilterKind& kind : filters.kinds)
@@ -123,11 +124,11 @@ std::vector<bool> stopped_kinds(const Filters& filters) {
   return stopped;
 }
 
-/// Holds all that rests on what is held, directly or by way of others.
+/// Marks bodies as held that are supported by held bodies, directly or through others.
 void hold_what_rests(const BuiltScene& built, Filters& filters, Islands& islands) {
   const auto count = static_cast<std::uint32_t>(built.bodies.size());
   bool changed = true;
-  while (changed) {  // once for each kind of filter at most, and once more
+  while (changed) {  // at most once for each filter, and once more
     changed = false;
     const std::vector<bool> stopped = stopped_kinds(filters);
     for (std::uint32_t i = 0; i < count; ++i)
