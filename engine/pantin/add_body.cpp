@@ -26,7 +26,7 @@ nurbs::Surface surface_of(const NurbsShape::Face& f) {
   return s;
 }
 
-/// Turns the shapes of a description into the engine's, checking each.
+/// Converts the shapes of a description, and checks each.
 struct ShapeMaker {
   Findings& findings;
   Motion motion;

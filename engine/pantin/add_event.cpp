@@ -1,4 +1,4 @@
-// Timed events: checked, and added.
+// Checks and adds timed events.
 #include <pantin/events.hpp>
 
 #include "engine/joints/kinds.hpp"
@@ -27,7 +27,7 @@ void check_tie(Findings& findings, Entity e) {
     findings.add("tie", called(world, e), "a joint, a cable, a pin or a gear");
 }
 
-/// What an event acts on is what its member is called.
+/// The member's name determines the type of the event's target.
 template <class E>
 void check_target(Findings& findings, const E& event) {
   const World& world = findings.world();
@@ -43,7 +43,7 @@ void check_target(Findings& findings, const E& event) {
   if constexpr (requires { event.tie; }) check_tie(findings, event.tie);
 }
 
-/// What more a kind asks of it.
+/// Further checks of a kind.
 void check_more(Findings&, const auto&) {}
 
 void check_more(Findings& findings, const PullEvent& event) {

@@ -15,14 +15,14 @@ Dof freedom_of(Findings& findings, const JointMotor& motor, const SpringDamper& 
   return {spring, friction, motor};
 }
 
-/// What few joints have.
+/// Optional properties that few joints have.
 struct Extras {
   Dof rotation = {}, translation = {};
   AngleLimit travel = {};
   Real restitution = 0;
 };
 
-/// Sets only what differs from none: most joints have no parameters.
+/// Sets only values that differ from the default, since most joints have no parameters.
 void equip(Joint& joint, const Extras& extras) {
   if (extras.rotation.any()) joint.parameters.edit().rotation = extras.rotation;
   if (extras.translation.any()) joint.parameters.edit().translation = extras.translation;

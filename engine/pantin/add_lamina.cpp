@@ -1,4 +1,4 @@
-// Laminas and their fingers: checked as those of scene files are, and added.
+// Laminas and their fingers: checks them as the scene reader does, and adds them.
 #include <algorithm>
 #include <pantin/laminas.hpp>
 #include <string>
@@ -19,7 +19,7 @@ namespace {
 
 Vec3 spatial(Vec2 v) { return {v.x, v.y, 0}; }
 
-/// Checks a description, makes a plan of it, and adds what was planned.
+/// Checks a description, converts it to a plan, and adds the plan.
 class LaminaBuilder {
  public:
   LaminaBuilder(World& world, const LaminaBody& described)

@@ -1,4 +1,4 @@
-// Bodies whose surfaces touch.
+// Joints of surfaces in contact.
 #include <pantin/joints.hpp>
 
 #include "engine/geometry/shape_skin.hpp"
@@ -16,7 +16,7 @@ using namespace detail;
 
 namespace {
 
-/// The surface of one side in its body's mass-centre frame. False: there is none.
+/// The surface of one side in its body's mass-centre frame. Returns false if there is none.
 bool place_side(const World& world, Entity body, const std::optional<Shape>& given,
                 ContactSurface& to) {
   if (given) {
@@ -44,7 +44,7 @@ Result<NurbsCurve> told(Result<nurbs::Curve> made) {
   return told(*made);
 }
 
-/// Sets the curve of one side; what is wrong with it, or nothing.
+/// Sets the curve of one side; returns its fault, or an empty string.
 std::string place_curve(const World& world, Entity body, const NurbsCurve& given,
                         ContactSurface& to) {
   nurbs::Curve curve{{given.degree, given.knots, given.periodic}, {}};

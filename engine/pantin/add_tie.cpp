@@ -1,4 +1,4 @@
-// What ties two points or two joints: rods, springs, cables, pins, gears.
+// Connections of two points or two joints: rods, springs, cables, pins, gears.
 #include <pantin/joints.hpp>
 
 #include "engine/joints/kinds.hpp"
@@ -13,7 +13,7 @@ using namespace detail;
 
 namespace {
 
-/// Checks the two ends and says how far they are apart, or the length that was asked for.
+/// Checks the two ends; returns the given length, or else their distance.
 template <class T>
 Real length_of(Findings& findings, const T& tie, const char* member,
                const std::optional<Real>& wish) {
@@ -47,7 +47,7 @@ void check_geared(Findings& findings, const char* member, Entity e, JointCoordin
                (translates ? "one with a travel: " : "one with an angle: ") + kinds_where(fits));
 }
 
-/// Adds a joint, once its solver knows it.
+/// Adds a joint if its solver supports it.
 template <class T>
 Result<Entity> link(World& world, Findings& findings, const T& described, const Joint& joint) {
   findings.known(features_of(joint), {described.a, described.b});
@@ -87,7 +87,7 @@ Result<Entity> add_to(World& world, const SpringJoint& described) {
 
 namespace {
 
-/// Checks the guides and says how long the cable is over them, or the length that was asked for.
+/// Checks the guides; returns the given length, or else that of the route over them.
 Real add_guides(Findings& findings, const CableJoint& described, Cable& cable) {
   const World& world = findings.world();
   const auto local = [&](Entity body, Vec3 point) {

@@ -1,4 +1,4 @@
-// Joints of any kind, by what the kind tells of itself.
+// Joints of any kind, by the properties that the kind declares.
 #include <algorithm>
 #include <string>
 
@@ -11,7 +11,7 @@ using namespace detail;
 
 namespace {
 
-// Which kinds a member is for.
+// Predicates on the kinds that have a member.
 template <Coordinate which>
 bool is_limited(const JointKindInfo& kind) {
   const FreeCoordinate* c = kind.find(which);
@@ -31,13 +31,13 @@ bool can_be_driven(const JointKindInfo& kind) {
 bool has_ends_apart(const JointKindInfo& kind) { return !kind.holds_point; }
 bool is_described(const JointKindInfo& kind) { return kind.in_files; }
 
-/// Makes a joint of its description, and gathers what is wrong with it.
+/// Makes a joint from its description, and collects the errors.
 class JointMaker {
  public:
   JointMaker(Findings& findings, const AnyJoint& described)
       : findings_(findings), described_(described) {}
 
-  /// The joint, if nothing is wrong.
+  /// The joint, if there are no errors.
   Joint make();
 
  private:
@@ -62,7 +62,7 @@ bool JointMaker::find_kind() {
   return false;
 }
 
-/// An error where something is given that joints of this kind do not have.
+/// Reports members that joints of this kind do not have.
 void JointMaker::check_members() {
   const AnyJoint& d = described_;
   const auto acts = [](const JointAction& action) {

@@ -1,4 +1,4 @@
-// Joints and bodies of a World that runs: changed values are checked, and what they concern wakes.
+// Changes joints of a running World: checks the new values, and wakes the bodies concerned.
 #include <algorithm>
 #include <limits>
 #include <pantin/change.hpp>
@@ -31,8 +31,8 @@ bool acts_along(JointKind kind, Coordinate which) {
   return info_of(kind).is_used(which, kActuated);
 }
 
-/// The coordinate that is meant: the joint's angle where it has one of the asked kind, else its
-/// travel. None where it has none.
+/// The coordinate to act on: the joint's angle if it has one that qualifies, else its travel; none
+/// if it has neither.
 template <class Has>
 std::optional<Coordinate> coordinate_of(const Along& along, const Has& has) {
   for (const Coordinate which : {Coordinate::angle, Coordinate::travel}) {
@@ -67,7 +67,7 @@ const Dof* find_dof(const World& world, Entity joint, const Along& along) {
   return which ? &dof_at(link->joint, *which) : nullptr;
 }
 
-/// A joint that is being changed: a copy, which takes the place of the old one in the end.
+/// Edits a copy of a joint, which finally replaces the original.
 class JointChange {
  public:
   JointChange(World& world, const char* what, Entity joint)
@@ -83,8 +83,8 @@ class JointChange {
     findings.add("joint", std::string("a joint of kind ") + name_of(joint_.kind), expected);
   }
 
-  /// Laws that come or go, and ranges, are another structure; numbers of laws are read by every
-  /// step.
+  /// Adding or removing a law, or changing a range, changes the structure; the parameters of a law
+  /// are read in every step.
   Result<Done> finish() {
     if (!findings.ok()) return findings.take();
     Link& link = world_.links[entity_];
@@ -260,7 +260,7 @@ Result<Done> follow(World& world, std::span<const Entity> joints, std::span<cons
   for (const Entity e : joints)
     if (!world.links.find(e)) findings.add("joints", other_than("joint", world, e), "joints");
   if (!findings.ok()) return findings.take();
-  // Of the mass-centre frame.
+  // In mass-centre frames.
   const auto rotation_of = [&](Entity body) -> std::optional<Quat> {
     for (const BodyTurn& turn : pose)
       if (turn.body == body) {

@@ -1,4 +1,4 @@
-// Bodies of a World that runs: mass, gravity, collision, blows, sleep, place.
+// Changes bodies of a running World: mass, gravity, collision, impulses, sleep, pose.
 #include <algorithm>
 #include <pantin/change.hpp>
 
@@ -14,7 +14,7 @@ using namespace detail;
 
 namespace {
 
-/// Wakes what touched a body in the last step.
+/// Wakes bodies that were in contact with a body in the last step.
 void wake_touching(World& world, Entity body) {
   each_contact(world, [&](const Contact& c) {
     const std::uint32_t a = world.bodies.slot_now(c.slot_a), b = world.bodies.slot_now(c.slot_b);
@@ -25,7 +25,7 @@ void wake_touching(World& world, Entity body) {
   });
 }
 
-/// Whether the shapes of two bodies may overlap: by spheres about them.
+/// Whether the bounding spheres of two bodies overlap.
 bool may_overlap(const World& world, Entity a, Entity b) {
   const Shapes *on_a = world.shapes.find(a), *on_b = world.shapes.find(b);
   if (!on_a || !on_b) return false;
@@ -37,7 +37,7 @@ bool may_overlap(const World& world, Entity a, Entity b) {
   return glm::length(way) <= contact::extent_of(*on_a) + contact::extent_of(*on_b);
 }
 
-/// Wakes what a body may collide with from now on, as it did not before.
+/// Wakes bodies with which a body collides now but did not before.
 void wake_new_partners(World& world, Entity body, const Collision* before, const Collision& now) {
   for (std::size_t i = 0; i < world.collisions.size(); ++i) {
     const Entity other = world.collisions.owners()[i];
@@ -51,7 +51,7 @@ void wake_new_partners(World& world, Entity body, const Collision* before, const
   }
 }
 
-/// Replaces a body by one that `edit` has changed: another structure.
+/// Replaces a body by an edited copy: a change of structure.
 template <class Edit>
 Result<Done> change_body(World& world, Findings findings, Entity body, const Edit& edit) {
   findings.body("body", body);
@@ -141,7 +141,7 @@ Result<Done> ignore(World& world, Entity a, Entity b, Real seconds) {
 
 namespace {
 
-/// What ties one of the bodies to what stays would be torn.
+/// Reports joints and pins between the moved bodies and others, which would be torn.
 void check_ties(Findings& findings, std::span<const Entity> bodies) {
   const World& world = findings.world();
   const auto moves = [&](Entity e) {

@@ -1,4 +1,4 @@
-// What the numbers of joints and bodies have to be.
+// Valid numbers of joints and bodies.
 #include "engine/pantin/detail/checks.hpp"
 
 namespace pantin::detail {

@@ -1,4 +1,4 @@
-// Contact modes of laminas, read back.
+// Reads back the contact modes of laminas.
 #include "engine/solvers/quasistatic/contact_modes.hpp"
 
 #include <pantin/laminas.hpp>

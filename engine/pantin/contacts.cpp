@@ -11,8 +11,8 @@ using namespace detail;
 
 namespace {
 
-/// A pair that touched goes on touching while it is nearer than this, m: a load that comes and goes
-/// between two steps is one contact.
+/// A pair that was in contact stays so below this distance, m: a load that fluctuates between two
+/// steps is one contact.
 constexpr Real kStillTouching = 1e-4;
 
 auto key(const ContactEvent& e) {
@@ -30,18 +30,18 @@ void swap_sides(ContactEvent& e) {
   e.impulse = -e.impulse, e.normal = -e.normal;
 }
 
-/// Contacts come by pairs of slots, one after the other; what their points say is added up.
+/// Contacts are listed pair by pair; this sums up the points of a pair.
 struct Sum {
   Vec3 impulse{0}, normal{0}, point{0};
   Real depth = 0, weight = 0;
-  std::uint64_t key = 0;  // of the point that bears most, or is nearest
+  std::uint64_t key = 0;  // of the point with the largest force, or the nearest one
   std::pair<Real, Real> most{-1, 0};
   bool bears = false, is_near = false;
 
   void add(const Contact& c, Vec3 at, Real seconds) {
     const bool counts = c.active || c.depth > 0;
     bears = bears || counts, is_near = is_near || c.gap < kStillTouching;
-    const Real w = counts ? 1 : 1e-9;  // points that bear nothing count where no other does
+    const Real w = counts ? 1 : 1e-9;  // points without force count only if no point has one
     impulse += seconds * c.force;
     normal += w * c.normal, point += w * at, weight += w;
     depth = std::max(depth, c.depth);
@@ -78,11 +78,11 @@ bool ContactEvents::touched(const ContactEvent& now) const {
   return std::binary_search(before_.begin(), before_.end(), now, is_before);
 }
 
-/// The points of a pair are all in one list.
+/// All contact points of a pair are in the same list.
 void ContactEvents::collect(const World& world, std::span<const Contact> contacts, Real seconds) {
   for (std::size_t i = 0; i < contacts.size();) {
     const std::uint32_t slot_a = contacts[i].slot_a, slot_b = contacts[i].slot_b;
-    // Contacts name slots as they were in the last step.
+    // Contacts use the slots of the last step.
     const std::uint32_t now_a = world.bodies.slot_now(slot_a),
                         now_b = world.bodies.slot_now(slot_b);
     const bool known = std::max(now_a, now_b) < world.bodies.size();

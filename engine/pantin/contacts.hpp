@@ -1,10 +1,9 @@
 #pragma once
-/// Who touches whom, and what is within a sensor: events by pairs of bodies; layers.
+/// Events of contacts and sensors, by pairs of bodies; collision layers.
 ///
-/// A body takes part if it has a Collision (RigidBody::collision). Which pairs are looked at is
-/// said by layers, and by the fields `others` and `self` of Collision, for bodies that both move. A
-/// body whose Collision is a sensor pushes nothing and is pushed by nothing; it only tells what
-/// overlaps it:
+/// A body takes part if it has a Collision (RigidBody::collision). Pairs are selected by layers
+/// and, between two moving bodies, by the fields `others` and `self` of Collision. A body whose
+/// Collision is a sensor exerts and receives no forces; it only reports overlaps:
 ///
 ///   world.add(RigidBody{.motion = Motion::fixed, .shape = BoxShape{.half_extents = {1, 1, 1}},
 ///                       .collision = Collision{.sensor = true}});
@@ -19,8 +18,8 @@ namespace pantin {
 constexpr std::uint32_t collision_layer(unsigned number) { return 1u << (number % 32); }
 inline constexpr std::uint32_t kAllLayers = UINT32_MAX;
 
-/// A Collision that lies in some layers and touches what lies in others. Of two bodies each has to
-/// touch a layer of the other.
+/// A Collision that is in some layers and collides with others. Each of two bodies has to collide
+/// with a layer of the other.
 constexpr Collision in_layers(std::uint32_t layers, std::uint32_t touches = kAllLayers,
                               Collision with = {}) {
   with.groups = layers, with.with = touches;
@@ -31,45 +30,45 @@ struct Contact;
 
 enum class ContactPhase : std::uint8_t { begin, persist, end };
 
-/// Two bodies that touch, began to or ceased to. `a` has the lower index; of a sensor and what
-/// overlaps it `a` is the sensor.
+/// Two bodies that are in contact, or began or ended it. `a` has the lower index; if one is a
+/// sensor, `a` is the sensor.
 struct ContactEvent {
   ContactPhase phase = ContactPhase::begin;
   bool is_sensor = false;  // `a` is a sensor: no impulse
   Entity a, b;
-  Vec3 impulse{0};       // N s on a, all points together, of the time since the last update
-  Vec3 point{0};         // world, m: mean of all contact points on b
+  Vec3 impulse{0};       // N s on a, sum over all points, since the last update
+  Vec3 point{0};         // world, m: mean of the contact points on b
   Vec3 normal{0, 1, 0};  // unit, world, from b to a
   Real depth = 0;        // m, overlap at the deepest point
-  // Of the point that bears most: which shapes of a and b (in World::shapes), and their materials
+  // Of the point with the largest force: shapes of a and b (in World::shapes), and their materials
   // (in World::materials).
   std::uint32_t shape_a = 0, shape_b = 0, material_a = 0, material_b = 0;
-  // m/s: how fast the bodies came towards each other at the point, by their motion at the update
-  // before; of a begin what a sound goes by.
+  // m/s: closing speed at the point, from the velocities at the previous update; for begin events,
+  // a measure of the loudness of an impact.
   Real approach = 0;
 };
 
-/// Tracks pairs in contact and reports changes. One object for each World:
+/// Tracks pairs in contact and reports changes. Use one object per World:
 ///
 ///   ContactEvents events(simulation.world);
 ///   simulation.step();
 ///   for (const ContactEvent& event : events.update(simulation.world)) ...
 ///
-/// A pair that was in contact stays so while its distance is below 0.1 mm. Impulses agree with
-/// the momentum that bodies gain, impacts included. Where the settings of a step say substeps,
-/// forces are those of the last one. An end names bodies that may be gone.
+/// A pair stays in contact while its distance is below 0.1 mm. Impulses equal the change of
+/// momentum, impacts included. With several substeps, forces are those of the last one. An end may
+/// name bodies that no longer exist.
 ///
-/// Overlaps with sensors are those at the end of the last step: what passes a thin sensor within
-/// one step is not seen; of an overlap the shapes are not told.
+/// Overlaps with sensors are evaluated at the end of the last step: a body that passes a thin
+/// sensor within one step is missed. Overlaps do not report shapes.
 class ContactEvents {
  public:
-  /// Pairs in contact in this World as it stands do not report a begin.
+  /// Pairs that are in contact already do not report a begin.
   explicit ContactEvents(const World& world) : time_(world.time) { update(world); }
 
-  /// Compares the World with the last one seen. Begins and persists in the order of a's and b's
-  /// indices, then ends likewise; good until the next update.
+  /// Compares the World with the last one seen. Reports begins and persists in the order of the
+  /// indices of a and b, then ends likewise; valid until the next update.
   std::span<const ContactEvent> update(const World& world);
-  /// Those of the last update.
+  /// The events of the last update.
   std::span<const ContactEvent> events() const { return events_; }
 
  private:

@@ -24,7 +24,7 @@ constexpr Vec3 kOpen{1.0, 0.1, 0.1}, kRange{0.66, 0.50, 1.0}, kNow{1, 1, 1};
 constexpr Vec3 kContact{0.45, 0.95, 0.30}, kForce{1.0, 0.50, 0.15}, kPin{0.98, 0.78, 0.12};
 constexpr Vec3 kTaut{1.0, 0.75, 0.30}, kSlack{0.55, 0.35, 0.10}, kBounds{0.55, 0.62, 0.50};
 constexpr Real kArcStep = 0.2;   // rad
-constexpr Real kOpenGap = 1e-6;  // m, from which on a joint is open
+constexpr Real kOpenGap = 1e-6;  // m, larger gaps are drawn as open
 constexpr Real kSmall = 0.1;     // of DebugDraw::size: marks at points
 constexpr int kRim = 24;         // points round a cone
 
@@ -53,7 +53,7 @@ struct Pen {
   }
 };
 
-/// A joint as it stands: its axes on both sides, in the world.
+/// A joint at present: its axes on both sides, in the world.
 struct Placed {
   const Joint& joint;
   Pose a, b;
@@ -74,7 +74,7 @@ void draw_axes(const Pen& pen, const Placed& at) {
     pen.add(at.a.position, at.b.position, kOpen);
 }
 
-/// A range of a turn about an axis: a sector, and where it stands.
+/// The range of a rotation about an axis: a sector, and the present angle.
 struct Sector {
   Pose at;  // the axis is its x, angle 0 its y
   AngleLimit limit;
@@ -95,7 +95,7 @@ void draw_sector(const Pen& pen, const Sector& sector) {
   if (std::isfinite(sector.now)) pen.add(sector.at.position, rim(sector.now), kNow);
 }
 
-/// How far x of b may swing from x of a, and where it is.
+/// The cone that limits the swing of b's x axis about that of a, and the present direction.
 void draw_cone(const Pen& pen, const Placed& at) {
   const JointLimits& limits = at.joint.limits;
   const SwingLimit swing = limits.swing;
@@ -122,7 +122,7 @@ void draw_limits(const Pen& pen, const Placed& at, Entity joint) {
   const JointLimits& limits = at.joint.limits;
   const bool is_two = turns_of(at.joint.kind) == Turns::about_two;
   if (limits.angle.on) {
-    // The first angle of a universal joint turns z towards x, about y.
+    // The first angle of a universal joint rotates z towards x, about y.
     const Quat turned =
         is_two ? from_rotation_vector(2 * kPi / 3 / std::sqrt(3.0) * Vec3(1)) : kIdentity;
     draw_sector(
@@ -130,7 +130,7 @@ void draw_limits(const Pen& pen, const Placed& at, Entity joint) {
         {{at.a.position, at.a.rotation * turned}, limits.angle, joint_angle(pen.world, joint)});
   }
   if (limits.second.on) {
-    // Seen from b, y of a turns towards x, about -z.
+    // In b's frame, a's y axis rotates towards x, about -z.
     const Quat turned = from_rotation_vector({0, kPi / 2, 0});
     draw_sector(pen, {{at.b.position, at.b.rotation * turned},
                       limits.second,

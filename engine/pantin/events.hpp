@@ -1,18 +1,18 @@
 #pragma once
-/// Timed events: what is done to a World while it runs.
+/// Timed events: changes to a World while it runs.
 ///
 ///   world.add(PushEvent{.body = chest, .force = {1200, 0, 0}, .to = 0.3});
 ///
-/// pushes for the first 0.3 s. Scene files have the same under "events". The steps make them
-/// happen; they belong to the World, are copied and saved with it.
+/// pushes during the first 0.3 s. Scene files have them under "events". The steps carry them out.
+/// They belong to the World and are copied and saved with it.
 #include <pantin/world.hpp>
 
 #include "engine/world/timed_event.hpp"
 
 namespace pantin {
 
-/// Adds an event; an error, and the World as it was, if it is about something else than its kind
-/// acts on, if its numbers cannot be meant, or if the solver does not know what it asks for.
+/// Adds an event. An error, with the World unchanged, if its target has the wrong type, a number is
+/// invalid, or the solver does not support it.
 Result<Entity> add_to(World& world, const TimedEvent& event);
 
 /// The same of one kind: PushEvent, ImpulseEvent, WindEvent, PullEvent, CutEvent, MotorEvent,

@@ -31,7 +31,7 @@ void check(const ChainOptions& options, Findings& findings) {
     findings.add("radius", shown(options.radius), "less than half a link, " + shown(half));
 }
 
-/// The axes of a universal joint are the axis of `joint` and its y.
+/// The axes of a universal joint are the axis of `joint` and its `across`.
 Entity join(Builder& builder, ChainJoint kind, const BallJoint& joint, const std::string& part) {
   if (kind == ChainJoint::ball) return builder.add(joint, part);
   return builder.add(UniversalJoint{.a = joint.a,

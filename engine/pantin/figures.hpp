@@ -2,7 +2,7 @@
 /// Whole figures of several bodies and joints: `build_chain(world, ...)`, `build_ragdoll(world,
 /// ...)`.
 ///
-/// Either everything is built or, if something is wrong, nothing and the errors say why.
+/// Either everything is added or, on errors, nothing.
 #include <array>
 #include <optional>
 #include <pantin/joints.hpp>
@@ -20,7 +20,7 @@ struct ChainOptions {
   int links = 10;
   Real radius = 0.02;           // m, less than half a link
   Real density = 1000;          // kg/m^3
-  Entity start = {}, end = {};  // bodies that hold its ends, if any
+  Entity start = {}, end = {};  // bodies to attach its ends to, if any
   ChainJoint joint = ChainJoint::ball;
   std::optional<Collision> collision = {};
   Real drag = Body{}.drag;  // 1/s
@@ -28,7 +28,7 @@ struct ChainOptions {
 };
 struct Chain {
   std::vector<Entity> links;   // from start to end
-  std::vector<Entity> joints;  // the ones that hold the ends included
+  std::vector<Entity> joints;  // those at the ends included
 };
 Result<Chain> build_chain(World& world, const ChainOptions& options);
 
@@ -42,7 +42,7 @@ struct RagdollOptions {
   Real drag = 0.05;       // 1/s
   std::string name = {};  // bodies are called name/pelvis ...
 };
-/// Pairs are left, right.
+/// Pairs are in the order left, right.
 struct Ragdoll {
   Entity pelvis, chest, head;
   std::array<Entity, 2> upper_arms, forearms, thighs, shins, feet;

@@ -9,8 +9,8 @@
 namespace pantin::detail {
 namespace {
 
-/// The solver of the island that a joint makes of the islands of these bodies: that of its first
-/// body with settings.
+/// The solver of the island that a joint between these bodies would form: that of its first body
+/// with settings.
 Solver solver_of(const World& world, std::initializer_list<Entity> bodies) {
   if (world.settings.empty()) return world.default_settings.solver;
   const auto is_one = [&](std::uint32_t slot) {
@@ -72,7 +72,7 @@ void Findings::finite(const char* member, const Pose& pose) {
 }
 
 Vec3 Findings::direction(const char* member, Vec3 v) {
-  // Scaled first: neither the squares of large nor those of small numbers are lost.
+  // Scaled first, so that the squares neither overflow nor underflow.
   const Real size = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
   if (is_finite(v) && size > 0) return glm::normalize(v / size);
   add(member, shown(v), "a direction that is not zero");
@@ -82,7 +82,7 @@ Vec3 Findings::direction(const char* member, Vec3 v) {
 Quat Findings::rotation(const char* member, Quat q) {
   const Real length = glm::length(q);
   if (is_finite(q) && length > 1e-6 && std::isfinite(length)) {
-    // Of unit length already: not a bit is changed.
+    // A unit quaternion is returned bit for bit.
     return std::abs(length - 1) < 1e-15 ? q : glm::normalize(q);
   }
   add(member,

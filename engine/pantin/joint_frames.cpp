@@ -5,7 +5,7 @@
 namespace pantin::detail {
 namespace {
 
-/// Some direction square to a unit vector; the same for the same vector.
+/// A direction perpendicular to a unit vector; a function of the vector alone.
 Vec3 any_across(Vec3 x) {
   const Vec3 size = glm::abs(x);
   const Vec3 least = size.x <= size.y && size.x <= size.z ? Vec3(1, 0, 0)

@@ -1,17 +1,17 @@
 #pragma once
-/// Builders of joints in world space: `world.add(HingeJoint{...})`.
+/// Joints described in world space: `world.add(HingeJoint{...})`.
 ///
 /// Anchors and axes are points (m) and directions in world space at the present poses of the
-/// bodies, so the two sides of a joint cannot contradict each other: every joint starts closed, at
-/// angle and travel zero. Directions need not be of unit length. For bodies that are not assembled
-/// yet, `frames` gives each side in its own body instead.
+/// bodies. The two sides of a joint therefore cannot contradict each other: every joint starts
+/// closed, at angle and travel zero. Directions need not be of unit length. For bodies that are not
+/// assembled yet, `frames` gives each side in its own body instead.
 ///
-/// Adding checks everything and changes nothing if something is wrong: the errors of the Result
-/// name the joint, the member, what was found and what was expected. What the solver does not know
-/// that would move the bodies as the World stands is wrong too, so choose solvers
-/// (World::default_settings, World::settings) before adding; where a later joint gives an island
-/// another solver, check(world) and StepReport::faults tell. A joint lives as an entity; remove it
-/// with World::destroy().
+/// Adding checks everything and, on errors, changes nothing: the errors of the Result name the
+/// joint, the member, what was found and what was expected. A feature that the solver of the bodies
+/// does not support is an error too, so choose solvers (World::default_settings, World::settings)
+/// before adding. If a later joint gives an island another solver, check(world) and
+/// StepReport::faults report unsupported features. A joint is an entity; remove it with
+/// World::destroy().
 #include <memory>
 #include <optional>
 #include <pantin/world.hpp>
@@ -25,8 +25,8 @@ struct Interval {
   Real low = 0, high = 0;
 };
 
-/// The joint frame in each body, in the frame the body was placed by (RigidBody::position). x is
-/// the axis of the joint; y and z depend on the kind.
+/// The joint frame in each body, relative to the frame the body was placed by
+/// (RigidBody::position). x is the axis of the joint; y and z depend on the kind.
 struct LocalFrames {
   Pose in_a = {}, in_b = {};
 };
@@ -43,7 +43,7 @@ struct ConeLimit {
   Real y = 0, z = 0;  // of swings about the joint's y and z
 };
 
-/// A shared point; every rotation is free, within an optional cone and range of twist.
+/// A shared point; all rotations are free, within an optional cone and range of twist.
 struct BallJoint {
   Entity a = {}, b = {};
   Vec3 anchor{0};
@@ -65,7 +65,7 @@ struct HingeJoint {
   Vec3 axis{0};                         // b rotates anticlockwise about it
   std::optional<Interval> limits = {};  // rad
   std::optional<SoftStop> soft_stop = {};
-  JointMotor motor = {};  // along the angle, as the next two
+  JointMotor motor = {};  // along the angle, as are the next two
   SpringDamper spring = {};
   JointFriction friction = {};
   Real restitution = 0;                  // of the stops, 0 to 1; Lagrangian solver
@@ -74,7 +74,7 @@ struct HingeJoint {
   std::string name = {};
 };
 
-/// No relative motion: two bodies as one.
+/// No relative motion: two bodies act as one.
 struct FixedJoint {
   Entity a = {}, b = {};
   Vec3 anchor{0};
@@ -82,7 +82,7 @@ struct FixedJoint {
   std::string name = {};
 };
 
-/// A shared point and two perpendicular axes, one fixed in each body: a cardan joint.
+/// A shared point and two perpendicular axes, one fixed in each body: a Cardan joint.
 struct UniversalJoint {
   Entity a = {}, b = {};
   Vec3 anchor{0};
@@ -155,7 +155,7 @@ struct PlanarJoint {
 struct DistanceJoint {
   Entity a = {}, b = {};
   Vec3 anchor_a{0}, anchor_b{0};
-  std::optional<Real> length = {};  // m; none: as far as they are apart
+  std::optional<Real> length = {};  // m; none: the initial distance
   std::string name = {};
 };
 
@@ -165,60 +165,61 @@ struct SpringJoint {
   Vec3 anchor_a{0}, anchor_b{0};
   Real stiffness = 0;                    // N/m
   Real damping = 0;                      // N s/m
-  std::optional<Real> rest_length = {};  // m; none: as far as they are apart
+  std::optional<Real> rest_length = {};  // m; none: the initial distance
   std::string name = {};
 };
 
-/// A cable between two points: it pulls, never pushes.
+/// A cable between two points: it transmits tension, never compression.
 struct CableJoint {
-  /// A ring that the cable runs through, or a pulley that it runs round, without friction.
+  /// A frictionless ring that the cable passes through, or a pulley that it runs round.
   struct Guide {
-    Entity body = {};  // what it is fixed to
+    Entity body = {};  // the body it is fixed to
     Vec3 point{0};     // the ring, or the pulley's centre
     Vec3 axis{0};      // of a pulley: from a to b the cable runs round it anticlockwise
     Real radius = 0;   // m, of a pulley, to the middle of the cable; 0: a ring
-    int turns = 0;     // whole turns round a pulley at the start, beside what is seen
+    int turns = 0;     // whole turns round a pulley at the start, besides the visible wrap
   };
   Entity a = {}, b = {};
   Vec3 anchor_a{0}, anchor_b{0};
-  std::optional<Real> length = {};  // m; none: as far as they are apart, over the guides
-  Real compliance = 0;              // m/N; 0: does not stretch
+  std::optional<Real> length = {};  // m; none: the initial distance, over the guides
+  Real compliance = 0;              // m/N; 0: inextensible
   std::vector<Guide> over = {};     // from a to b, 14 at most; Lagrangian solver
   std::string name = {};
 };
 
-/// A joint of equations of your own, one to six. Lagrangian solver.
+/// A joint with one to six constraint equations of your own. Lagrangian solver.
 struct CustomConstraint {
   Entity a = {}, b = {};
   std::shared_ptr<const CustomJoint> equations = {};
   std::string name = {};
 };
 
-/// What acts along a coordinate that a joint leaves free.
+/// Spring, friction and motor along a free coordinate of a joint.
 struct JointAction {
   JointMotor motor = {};
   SpringDamper spring = {};
   JointFriction friction = {};
 };
 
-/// A number that joints of some kind have, as scene files call it.
+/// A parameter of a joint kind, by its key in scene files.
 struct JointParameter {
   std::string key = {};
   Real value = 0;
 };
 
-/// A joint of any kind by the kind's name, also of one that was added to the engine as its
-/// CONTRIBUTING page shows:
+/// A joint of any kind, by the kind's name. This includes kinds added to the engine as
+/// CONTRIBUTING.md shows:
 ///
 ///   world.add(AnyJoint{.kind = "screw", .a = nut, .b = bolt, .axis = {0, 1, 0},
 ///                      .parameters = {{"pitch", 0.002}}});
 ///
-/// What the kind does not have is refused with the kinds that do.
+/// A member that the kind does not have is an error, which lists the kinds that do.
 struct AnyJoint {
-  std::string kind = {};  // one of joint_kinds(), or another name that scene files know it by
+  std::string kind = {};  // one of joint_kinds(), or an alias in scene files
   Entity a = {}, b = {};
   Vec3 anchor{0};
-  std::optional<Vec3> anchor_b = {};            // in b, of kinds that hold no point; none: `anchor`
+  std::optional<Vec3> anchor_b = {};            // in b, for kinds without a shared point; none:
+                                                // `anchor`
   Vec3 axis{1, 0, 0};                           // x of the joint's axes
   Vec3 across{0};                               // y, as nearly as `axis` allows; zero: any
   std::optional<LocalFrames> frames = {};       // instead of anchors and axes
@@ -233,20 +234,20 @@ struct AnyJoint {
   std::optional<JointDrive> drive = {};
   std::string name = {};
 };
-/// Names of the kinds that AnyJoint makes.
+/// Names of the kinds that AnyJoint can make.
 std::vector<std::string> joint_kinds();
-/// Keys of the parameters of a kind; none of a name that is none.
+/// Keys of the parameters of a kind; empty for an unknown kind.
 std::vector<std::string> parameters_of_kind(const std::string& kind);
 
-/// A point of a body that is held at a point of the world or of another body.
+/// Holds a point of a body at a point of the world or of another body.
 struct PinConstraint {
   Entity body = {};
   Vec3 point{0};                    // of the body
-  std::optional<Vec3> target = {};  // where it is to go; none: where it is
+  std::optional<Vec3> target = {};  // none: the point's present position
   Entity to = {};                   // the body that the target is fixed in; none: the world
   Real stiffness = 0;               // N/m of a spring; 0: exact
   Real damping = 0;                 // N s/m, of that spring's damper
-  int priority = 0;  // of several exact pins the one of highest priority is met exactly
+  int priority = 0;  // among exact pins that conflict, the highest priority is met exactly
   std::string name = {};
 };
 
@@ -264,17 +265,18 @@ struct GearJoint {
   Entity first = {}, second = {};  // joints
   JointCoordinate of_first = JointCoordinate::angle, of_second = JointCoordinate::angle;
   Real ratio = 1;
-  std::optional<Real> offset = {};  // none: as they stand
+  std::optional<Real> offset = {};  // none: from the present coordinates
   std::string name = {};
 };
 
-/// A closed flat belt round pulleys that turn about z: without mass, it does not stretch, and slips
-/// nowhere unless it has a friction. Where all axles are held by one body and pulleys are out of
-/// round, its span from the last to the first gives way. Planar and Lagrangian solver.
+/// A closed flat belt round pulleys that turn about z. It is massless and inextensible, and does
+/// not slip unless it has a friction. If one body holds all axles and pulleys are not round, the
+/// length of the span from the last pulley to the first is not enforced. Planar and Lagrangian
+/// solver.
 ///
-/// Errors: fewer than 2 pulleys or more than 16; two on one body, on one that is fixed, at two z;
-/// pulleys that overlap; a belt that does not touch a pulley from its side, that crosses itself, or
-/// runs through a pulley; a friction of more than two pulleys.
+/// Errors: fewer than 2 pulleys or more than 16; two on one body, on a fixed one, or at different
+/// z; pulleys that overlap; a belt that does not touch a pulley from its side, that crosses itself,
+/// or runs through a pulley; friction with more than two pulleys.
 struct BeltJoint {
   struct Pulley {
     Entity body = {};
@@ -282,85 +284,87 @@ struct BeltJoint {
     Real radius = 0;  // m, to the middle of the belt
     std::vector<Vec3> outline =
         {};                   // about the centre, world axes, m: the belt runs round its hull
-    bool is_outside = false;  // it presses on the belt from outside
+    bool is_outside = false;  // it touches the belt from outside the loop
   };
   std::vector<Pulley> pulleys = {};  // in the order in which the belt meets them
-  bool crossed = false;              // of two pulleys: round the second the other way
+  bool crossed = false;              // with two pulleys: the second turns the other way
   Real pretension = 0;               // N
-  Real friction = 0;                 // of two pulleys, by which it slips; 0: never
+  Real friction = 0;                 // coefficient, two pulleys only; 0: it never slips
   std::string name = {};
 };
 
-/// How a belt lies after a step.
+/// The state of a belt after a step.
 struct BeltState {
-  Real length = 0;                  // m, of its way
-  Real defect = 0;                  // m, by which the way is longer than the belt
+  Real length = 0;                  // m, of its route
+  Real defect = 0;                  // m, by which the route is longer than the belt
   Real travel = 0;                  // m, by which it has run past the first pulley
   bool slips = false;               // in the last step
   std::vector<Real> tensions = {};  // N, of the span that leaves each pulley, mean over the step
 };
-/// Of a BeltJoint; none of anything else.
+/// The state of a BeltJoint; none for any other entity.
 std::optional<BeltState> belt_state(const World& world, Entity belt);
 
-/// A smooth rational curve. Outside is outside a closed one of the plane, and right of the way of
-/// an open one.
+/// A smooth rational curve. Its outside is the outside of a closed planar curve, and the right side
+/// of an open one in its direction.
 struct NurbsCurve {
   int degree = 3;                  // 1 to 25
-  std::vector<Real> knots = {};    // not decreasing; points, degree and 1 together
-  std::vector<Vec3> points = {};   // m; those of a curve of the plane have z = 0
-  std::vector<Real> weights = {};  // above 0, one a point; none: all 1
-  bool periodic = false;           // both ends are one place
-  Pose at = {};                    // of its frame, in the one that the body was placed by
-  bool inside_out = false;         // its outer side is the other one, as of a slot
+  std::vector<Real> knots = {};    // not decreasing; points + degree + 1 of them
+  std::vector<Vec3> points = {};   // m; those of a planar curve have z = 0
+  std::vector<Real> weights = {};  // above 0, one for each point; empty: all 1
+  bool periodic = false;           // both ends coincide
+  Pose at = {};                    // of its frame, in the frame by which the body is placed
+  bool inside_out = false;         // exchanges outside and inside, as for a slot
 
   static NurbsCurve line(Vec3 from, Vec3 to);
   static NurbsCurve circle(Real radius);      // m, about the origin
   static NurbsCurve ellipse(Real a, Real b);  // m, half axes along x and y
-  /// The cubic through points, which it returns to or not. An error names the point.
+  /// The cubic through points: open, or closed (`around`). An error names the point.
   static Result<NurbsCurve> through(const std::vector<Vec3>& points);
   static Result<NurbsCurve> around(const std::vector<Vec3>& points);
-  /// The closed polygon, its corners rounded by arcs of a radius, m. An error names the corner.
+  /// The closed polygon with corners rounded by arcs of this radius, m. An error names the corner.
   static Result<NurbsCurve> outline(const std::vector<Vec3>& corners, Real rounding);
 };
 
-/// Two bodies whose smooth surfaces touch: they slide or roll on one another. Where the gap is
-/// smallest as they stand is where they start; the solver closes it. Lagrangian solver; two curves
-/// of the plane of x and y under Solver::planar, too.
+/// Two bodies with smooth surfaces in contact, which slide or roll on one another. They start where
+/// the gap is smallest at present; the solver closes it. Lagrangian solver; for two curves in the
+/// xy plane Solver::planar, too.
 ///
 /// Errors: bodies without a smooth shape; surfaces that do not face one another within the size of
-/// the smaller one, fit one another, or have a crease; curves that cross themselves, or touch one
-/// another out of one plane; a friction below 0, or of rolling without spin; several contacts of
-/// what may not lift.
+/// the smaller one, are conforming, or have a crease; curves that cross themselves, or are not in
+/// one plane; friction below 0, or with rolling without spin; several contacts of a bilateral
+/// joint.
 struct SurfaceJoint {
   Entity a = {}, b = {};
-  // In the frame that the body was placed by. None: the first smooth one of the body's own shapes:
+  // In the frame by which the body is placed. None: the first smooth one of the body's own shapes:
   // a sphere, an ellipsoid, the side of a cylinder, a plane, a NURBS shape.
   std::optional<Shape> surface_a = {}, surface_b = {};
-  // In place of a surface: one of a on b's surface or curve, or of both.
+  // Instead of a surface: a curve of a on b's surface or curve, or of both.
   std::optional<NurbsCurve> curve_a = {}, curve_b = {};
   SurfaceMotion motion = SurfaceMotion::rolling;
-  bool may_lift = false;  // and land again, without bouncing; else they are held together
+  bool may_lift = false;  // unilateral: separates and touches again, without bouncing; else
+                          // bilateral
   OnRim on_rim = OnRim::stop;
-  // Coulomb's coefficient of sliding or rolling, 0 and more. None: sliding has none, rolling holds.
+  // Coulomb's coefficient of sliding or rolling, >= 0. None: sliding is frictionless, rolling never
+  // slips.
   std::optional<Real> friction = {};
-  // Of what may lift: at how many places at once they may touch, from 1 to 8. None: 1 for an
-  // ellipsoid and another or a plane, else 4.
+  // Unilateral joints: most simultaneous contact points, from 1 to 8. None: 1 for an ellipsoid on
+  // another or on a plane, else 4.
   std::optional<int> contacts = {};
   std::string name = {};
 };
 
-/// Where two surfaces touch.
+/// A contact point of two surfaces.
 struct SurfaceTouch {
-  bool touches = false;  // false: they are apart, or the joint has let go
-  bool slips = false;    // friction does not hold
+  bool touches = false;  // false: they are apart, or the joint has released
+  bool slips = false;    // the contact slips
   Vec3 point{0};         // world, m
-  Vec3 normal{0};        // world, outwards of b, unit
+  Vec3 normal{0};        // world, out of b, unit
   Vec3 force{0};         // N, on b, world axes, mean over the last step
   Real gap = 0;          // m
 };
-/// Of a SurfaceJoint, after a step; none of anything else.
+/// The contact of a SurfaceJoint after a step; none for any other entity.
 std::optional<SurfaceTouch> surface_touch(const World& world, Entity joint);
-/// All places that it follows, bearing or near, the first as above.
+/// All contact points that it tracks, active or near, starting with the one above.
 std::vector<SurfaceTouch> surface_touches(const World& world, Entity joint);
 
 Result<Entity> add_to(World& world, const BallJoint& joint);

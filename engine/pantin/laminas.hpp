@@ -1,8 +1,8 @@
 #pragma once
-/// Laminas: parts in the plane of x and y that fingers hold or push so slowly that their inertia
-/// does not count. Forces balance at every moment, and each contact sticks, slides or separates:
-/// contact modes (engine/modes). Solver::quasistatic moves them; where no mode has an answer,
-/// dynamics goes on, which StepReport::lamina names.
+/// Laminas: planar parts in the xy plane that fingers hold or push so slowly that inertia is
+/// negligible. Forces balance at every moment, and each contact sticks, slides or separates:
+/// contact modes (engine/modes). Solver::quasistatic moves them. If no mode is feasible, dynamics
+/// takes over, which StepReport::lamina reports.
 ///
 ///   const Entity rod = must(world.add(LaminaBody{
 ///       .outline = {{-0.6, 0, 0}, {0.6, 0, 0}, {0.6, 0.02, 0}, {-0.6, 0.02, 0}},
@@ -17,40 +17,42 @@
 
 namespace pantin {
 
-/// A plate of even thickness, as it stands, and the fingers on it. Points have z = 0.
+/// A plate of constant thickness in its initial position, and its fingers. Points have z = 0.
 ///
-/// Errors: outlines that cross themselves or bound no area; fingers inside of it, at a corner
-/// without a normal, twice at one place; neither force, torque nor weight.
+/// Errors: outlines that cross themselves or enclose no area; fingers inside it, at a corner
+/// without a normal, or at the same point; no force, torque or weight.
 struct LaminaBody {
-  /// Where a finger is at a time.
+  /// The position of a finger at a time.
   struct Waypoint {
     Real time = 0;  // s, above 0
     Vec3 at{0};     // m
   };
-  /// A kinematic body that touches the lamina, or waits before it.
+  /// A kinematic body that touches the lamina, or approaches it.
   struct Finger {
-    Vec3 point{0};                         // m, where it starts
-    std::optional<Vec3> normal = {};       // into the lamina; none: across the edge at its point
-    bool flat = false;                     // an edge across `normal`, on which corners may lie
-    Real roll = 0.5, slide = 0.5;          // friction where it sticks, where it slides
-    Vec3 velocity{0};                      // m/s, for ever, if it has no waypoints
-    std::vector<Waypoint> waypoints = {};  // straight from one to the next; it rests after the last
+    Vec3 point{0};                         // m, initial contact point
+    std::optional<Vec3> normal = {};       // into the lamina; none: perpendicular to the edge at
+                                           // its point
+    bool flat = false;                     // an edge perpendicular to `normal`, on which corners
+                                           // may rest
+    Real roll = 0.5, slide = 0.5;          // coefficients: while it sticks, while it slides
+    Vec3 velocity{0};                      // m/s, constant, without waypoints
+    std::vector<Waypoint> waypoints = {};  // linear from one to the next; it rests after the last
     std::uint32_t material = 0;            // index into World::materials
     std::string name = {};                 // none: its number, from 1; the body's is "rod/left"
   };
-  std::vector<Vec3> outline = {};        // corners, either way round, m
-  std::optional<Vec3> mass_centre = {};  // none: the middle of the area
+  std::vector<Vec3> outline = {};        // corners, in either direction, m
+  std::optional<Vec3> mass_centre = {};  // none: the centroid of the area
   Real mass = 1;                         // kg
-  Vec3 force{0};                         // N, at the mass centre, beside its weight
+  Vec3 force{0};                         // N, at the mass centre, besides its weight
   Real torque = 0;                       // N m
   std::vector<Finger> fingers = {};      // 1 to 32
   std::uint32_t material = 0;
   std::string name = {};
 };
-/// Its body; those of its fingers: fingers_of().
+/// Returns the body of the lamina; those of its fingers are fingers_of().
 Result<Entity> add_to(World& world, const LaminaBody& lamina);
 
-/// The bodies of its fingers, in their order; none of what is no lamina.
+/// The bodies of its fingers, in order; empty if the entity is not a lamina.
 std::vector<Entity> fingers_of(const World& world, Entity lamina);
 
 enum class ContactState : std::uint8_t {
@@ -60,7 +62,7 @@ enum class ContactState : std::uint8_t {
   slides_right
 };
 
-/// A finger where it touches the lamina; a flat one may do so twice.
+/// A contact of a finger with the lamina; a flat finger may have two.
 struct FingerContact {
   Entity finger = {};
   Vec3 point{0};   // m
@@ -69,19 +71,19 @@ struct FingerContact {
   Vec3 force{0};  // N, on the lamina
 };
 
-/// One way in which a lamina can move while its fingers move as they do.
+/// A possible motion of a lamina for the present motion of its fingers.
 struct ContactMode {
   std::vector<FingerContact> contacts = {};
   Vec3 velocity{0};           // m/s, of its mass centre
   Real angular_velocity = 0;  // rad/s
-  bool is_stable = false;     // a small disturbance dies away; where forces are unique
+  bool is_stable = false;     // a small disturbance decays; known if the forces are unique
 };
 
-/// All that hold as it stands, none where dynamics has to go on: forces balance within friction,
-/// and no finger gets into it. Several: friction alone does not decide.
+/// All feasible modes at present: forces balance within friction, and no finger penetrates. Empty
+/// if dynamics has to take over. With several modes, friction alone does not decide.
 std::vector<ContactMode> contact_modes(const World& world, Entity lamina);
 
-/// The one that it moved in at the last step; none where dynamics moved it.
+/// The mode of the last step; none if dynamics moved the lamina.
 std::optional<ContactMode> contact_mode(const World& world, Entity lamina);
 
 }  // namespace pantin

@@ -17,7 +17,7 @@ namespace {
 
 constexpr Real kNoNumber = std::numeric_limits<Real>::quiet_NaN();
 
-/// Of a block of an island.
+/// Index of a block of an island.
 struct BlockAt {
   const lagrangian::Island* mechanism = nullptr;
   std::size_t block = 0;
@@ -41,7 +41,7 @@ std::optional<BlockAt> find_block(const lagrangian::Island* m, lagrangian::Block
   return std::nullopt;
 }
 
-/// The angle from which the solver counts revolutions; 0 if it counts none.
+/// The angle from which the solver counts whole turns; 0 if it counts none.
 Real counted_angle(const World& world, std::uint32_t link) {
   const Link& l = world.links.values()[link];
   const lagrangian::Island* m = mechanism_of(world, l.a, l.b);
@@ -86,7 +86,7 @@ CoordinateAt coordinate(const World& world, Entity joint, Coordinate which) {
   return at;
 }
 
-/// By the slot that a joint had when its island was built.
+/// Looked up by the slot that the joint had when its island was built.
 std::optional<JointReaction> articulated_reaction(const World& world, const Link& link,
                                                   std::uint32_t slot) {
   for (const articulated::Island& a : articulated::islands_of(world)) {
@@ -98,7 +98,7 @@ std::optional<JointReaction> articulated_reaction(const World& world, const Link
       const Real sign = a.bodies[c] == link.b ? 1 : -1;
       return JointReaction{sign * load.force, sign * load.torque};
     }
-    // What closes a loop, or holds a tree a second time, holds a point only.
+    // A joint that closes a loop, or anchors a tree again, constrains its point only.
     for (const articulated::PackedPin& h : a.pins) {
       if (h.held_link != slot) continue;
       return JointReaction{(a.bodies[h.column] == link.b ? scale : -scale) * h.lambda, Vec3(0)};
@@ -127,7 +127,7 @@ std::optional<Vec3> articulated_pin_force(const World& world, std::uint32_t pin)
   return std::nullopt;
 }
 
-/// Of a pin that pulls by a spring on an island.
+/// The force of a spring pin on an island.
 Vec3 spring_force(const World& world, const Pin& pin) {
   const Body& body = world.bodies[pin.body];
   const Vec3 at = to_world(body.pose, pin.anchor);

@@ -1,5 +1,5 @@
 #pragma once
-/// For programs that have nothing better to do than to stop where something is wrong.
+/// For programs that simply end on an error.
 #include <cstdio>
 #include <cstdlib>
 #include <utility>
@@ -8,8 +8,8 @@
 
 namespace pantin {
 
-/// The value of a Result. Where there is none: prints all its errors to stderr, a line each, and
-/// ends the program with the exit status 2.
+/// The value of a Result. On failure, prints all its errors to stderr, a line each, and ends the
+/// program with the exit status 2.
 ///
 ///   const Entity door = must(world.add(RigidBody{.shape = BoxShape{{0.4, 1, 0.02}}}));
 template <class T>

@@ -1,5 +1,5 @@
 #pragma once
-/// The core of pantin: worlds, bodies, joints, figures, the step, what can be read back.
+/// The core of pantin: worlds, bodies, joints, figures, stepping, and reading results back.
 ///
 /// Scene files and pictures are libraries of their own: <pantin/scene.hpp>, <pantin/render.hpp>.
 #include <pantin/change.hpp>

@@ -1,5 +1,6 @@
 #pragma once
-/// Questions to a World: rays, sliding shapes, overlaps, nearest points, by collision groups.
+/// Geometric queries of a World: ray casts, shape casts, overlaps, closest points, by collision
+/// groups.
 #include <pantin/world.hpp>
 
 #include "engine/world/queries.hpp"

@@ -1,4 +1,4 @@
-// A human figure, 1.76 m tall before it is scaled; x to its left, y up, z the way it looks.
+// A human figure, 1.76 m tall before scaling; x to its left, y up, z forwards.
 #include <pantin/figures.hpp>
 
 #include "engine/base/rotation.hpp"
@@ -11,7 +11,7 @@ using namespace detail;
 
 namespace {
 
-constexpr Real kTall = 1.76;  // m, of the figures below
+constexpr Real kTall = 1.76;  // m, height of the dimensions below
 constexpr Real kDegree = kPi / 180;
 
 /// Builds in the figure's own frame and size.
@@ -89,7 +89,7 @@ struct Ends {
   Entity a, b;
 };
 
-/// How far a limb swings sideways, forwards and twists, degrees.
+/// The range of a limb's swing sideways and forwards and of its twist, degrees.
 struct LimbRange {
   Real y = 0, z = 0, twist = 0;
 };
@@ -135,7 +135,7 @@ void add_joints(Figure& f, Ragdoll& r) {
   }
 }
 
-/// What a figure of density 1 weighs.
+/// The mass of the figure at density 1.
 Real unit_mass(const RagdollOptions& options) {
   World scratch;
   RagdollOptions plain;

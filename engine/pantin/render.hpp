@@ -1,5 +1,5 @@
 #pragma once
-/// Pictures without a window, PNG files, video. Link pantin::render.
+/// Off-screen pictures, PNG files, video. Link pantin::render.
 #include <pantin/world.hpp>
 
 #include "engine/render/capture.hpp"

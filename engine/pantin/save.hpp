@@ -1,5 +1,5 @@
 #pragma once
-/// A World in a file, from which it goes on with the same bits.
+/// Saves a World to a file; a loaded World continues bit for bit.
 #include <pantin/world.hpp>
 
 #include "engine/runtime/save.hpp"

@@ -13,14 +13,14 @@
 
 namespace pantin {
 
-// Every shape lies in the frame of its body, moved by `at`.
+// Every shape is given in the frame of its body, moved by `at`.
 
 struct SphereShape {
   Real radius = 0;  // m
   Pose at = {};
 };
 
-/// A cylinder with half balls at both ends, along y.
+/// A cylinder with hemispherical ends, along y.
 struct CapsuleShape {
   Real radius = 0;       // m
   Real half_length = 0;  // m, of the straight part
@@ -32,7 +32,7 @@ struct BoxShape {
   Pose at = {};
 };
 
-/// The convex hull of points that do not lie in one plane.
+/// The convex hull of points that are not coplanar.
 struct HullShape {
   std::vector<Vec3> points = {};  // m
   Pose at = {};
@@ -40,7 +40,7 @@ struct HullShape {
 
 /// The half-space y <= 0. For bodies that are fixed or kinematic.
 struct PlaneShape {
-  Real drawn_extent = 50;  // m, of its picture
+  Real drawn_extent = 50;  // m, as drawn
   Pose at = {};
 };
 
@@ -52,8 +52,8 @@ struct MeshShape {
   Pose at = {};
 };
 
-/// A ground: heights[row * columns + column] (m) over x (columns) and z (rows), its middle at the
-/// origin. For bodies that are fixed or kinematic.
+/// Terrain: heights[row * columns + column] (m) over x (columns) and z (rows), with its middle at
+/// the origin. For bodies that are fixed or kinematic.
 struct HeightFieldShape {
   std::uint32_t columns = 0, rows = 0;
   Real spacing_x = 1, spacing_z = 1;  // m
@@ -68,7 +68,7 @@ struct CylinderShape {
   Pose at = {};
 };
 
-/// A cone along y, its tip up, its origin halfway between base and tip.
+/// A cone along y with its tip up; the origin is halfway between base and tip.
 struct ConeShape {
   Real radius = 0;       // m, of the base
   Real half_height = 0;  // m
@@ -80,17 +80,18 @@ struct EllipsoidShape {
   Pose at = {};
 };
 
-/// A surface of NURBS faces, exactly as given: it collides, is weighed by quadrature where it is
-/// closed, and may touch by a SurfaceJoint. A closed one is a solid, its outer side outwards; an
-/// open one is for bodies that are fixed or kinematic, or whose mass is told.
+/// A surface of NURBS faces, represented exactly. It collides; if closed, its mass properties are
+/// found by quadrature; it may be part of a SurfaceJoint. A closed surface is a solid with its
+/// outer side out. An open one is for bodies that are fixed or kinematic, or whose mass is given.
 struct NurbsShape {
-  /// Its outer side is the one that u x v points to.
+  /// Its outer side is in the direction of u x v.
   struct Face {
     int degree_u = 3, degree_v = 3;                // 1 to 25
     std::vector<Real> knots_u = {}, knots_v = {};  // not decreasing; points + degree + 1 of them
-    std::vector<Vec3> points = {};                 // m, u outermost: all along v, then the next row
-    std::vector<Real> weights = {};                // above 0, one for each point; none: 1 for all
-    bool periodic_u = false, periodic_v = false;   // both ends are one place
+    std::vector<Vec3> points = {};                 // m, u outermost: all points along v, then the
+                                                   // next row
+    std::vector<Real> weights = {};                // above 0, one for each point; empty: 1 for all
+    bool periodic_u = false, periodic_v = false;   // both ends coincide
   };
   std::vector<Face> faces = {};
   Real tolerance = 1e-7;  // m: edges of faces that coincide within it are joined
@@ -101,14 +102,14 @@ using BodyShape =
     std::variant<std::monostate, SphereShape, CapsuleShape, BoxShape, HullShape, PlaneShape,
                  MeshShape, HeightFieldShape, CylinderShape, ConeShape, EllipsoidShape, NurbsShape>;
 
-/// A body, placed by the frame that its shapes are given in; the mass centre may lie elsewhere.
+/// A body, placed by the frame in which its shapes are given; the mass centre may be elsewhere.
 ///
-/// A dynamic body needs shapes that make a mass, or `mass` and `inertia`. With `mass` the density
-/// is scaled to meet it.
+/// A dynamic body needs shapes with a mass, or `mass` and `inertia`. A given `mass` scales the
+/// density.
 struct RigidBody {
   Motion motion = Motion::dynamic;
   BodyShape shape = {};
-  std::vector<BodyShape> shapes = {};       // further ones
+  std::vector<BodyShape> shapes = {};       // additional ones
   Real density = 1000;                      // kg/m^3
   std::optional<Real> mass = {};            // kg
   std::optional<Mat3> inertia = {};         // kg m^2, about the mass centre, in the body's frame
@@ -116,7 +117,7 @@ struct RigidBody {
   Quat rotation{1, 0, 0, 0};                // need not be of unit length
   Vec3 velocity{0};                         // m/s, of the mass centre
   Vec3 angular_velocity{0};                 // rad/s, world axes
-  std::optional<Collision> collision = {};  // none: touches nothing
+  std::optional<Collision> collision = {};  // none: it does not collide
   Real drag = Body{}.drag;                  // 1/s
   Real gravity_scale = 1;
   std::uint32_t material = 0;  // index into World::materials
@@ -125,8 +126,8 @@ struct RigidBody {
 
 Result<Entity> add_to(World& world, const RigidBody& body);
 
-/// Adds what two materials are to each other; its index in World::material_pairs. Refused if one of
-/// them is none, the two are a pair already, or a number cannot be meant.
+/// Adds the properties of a pair of materials; returns its index in World::material_pairs. An error
+/// if a material does not exist, the pair exists already, or a number is invalid.
 Result<std::uint32_t> add_to(World& world, const MaterialPair& pair);
 
 }  // namespace pantin

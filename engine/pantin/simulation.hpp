@@ -1,5 +1,5 @@
 #pragma once
-/// Simulation: a World that is stepped at a fixed rate, and your own systems within the step.
+/// Simulation: a World stepped at a fixed rate, with your own systems within the step.
 #include <pantin/world.hpp>
 
 #include "engine/runtime/simulation.hpp"

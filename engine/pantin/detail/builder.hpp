@@ -1,12 +1,12 @@
 #pragma once
-/// Building figures of several parts. Not installed.
+/// Builds figures of several parts. Not installed.
 #include <pantin/world.hpp>
 #include <string>
 #include <vector>
 
 namespace pantin::detail {
 
-/// Builds one thing after the other; what was built is taken back if something fails.
+/// Adds objects one by one; on failure it removes those added so far.
 class Builder {
  public:
   Builder(World& world, std::string name) : world_(world), name_(std::move(name)) {}

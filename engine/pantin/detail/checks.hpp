@@ -1,6 +1,5 @@
 #pragma once
-/// What the numbers of joints and bodies have to be, when they are added and when they are changed.
-/// Not installed.
+/// Valid numbers of joints and bodies, for adding and for changing them. Not installed.
 #include <optional>
 #include <pantin/joints.hpp>
 
@@ -9,7 +8,7 @@
 namespace pantin::detail {
 
 AngleLimit limit_of(Findings& findings, const char* member, const std::optional<Interval>& range);
-/// Puts a soft stop beside the limits.
+/// Adds a soft stop to the limits.
 void soften(Findings& findings, const std::optional<SoftStop>& soft, JointLimits& limits);
 SwingLimit swing_of(Findings& findings, const ConeLimit& cone);
 void check(Findings& findings, const std::optional<JointDrive>& drive);

@@ -1,5 +1,5 @@
 #pragma once
-/// What is wrong with a description, gathered while it is checked. Not installed.
+/// Errors in a description, collected while it is checked. Not installed.
 #include <initializer_list>
 #include <pantin/world.hpp>
 #include <span>
@@ -14,7 +14,7 @@ namespace pantin::detail {
 std::string shown(Real number);
 std::string shown(Vec3 v);
 
-/// Gathers errors of the form "HingeJoint 'knee': axis: found (0, 0, 0), expected ...".
+/// Collects errors of the form "HingeJoint 'knee': axis: found (0, 0, 0), expected ...".
 class Findings {
  public:
   Findings(const World& world, const char* type, const std::string& name);
@@ -29,15 +29,16 @@ class Findings {
   void finite(const char* member, Real number);
   void finite(const char* member, Vec3 v);
   void finite(const char* member, const Pose& pose);
-  /// A direction: finite and not zero; of unit length after that.
+  /// A direction: finite and not zero; returned with unit length.
   Vec3 direction(const char* member, Vec3 v);
-  /// A rotation: finite and not zero; of unit length after that.
+  /// A rotation: finite and not zero; returned with unit length.
   Quat rotation(const char* member, Quat q);
   /// A living entity with a body.
   void body(const char* member, Entity e);
   /// Two different bodies, one of them dynamic.
   void bodies(Entity a, Entity b);
-  /// Features that the solver knows which would move these bodies together, as the World stands.
+  /// Checks that the solver which would move these bodies together, at present, supports the
+  /// features.
   void known(std::span<const Feature> features, std::initializer_list<Entity> bodies);
 
   const World& world() const { return world_; }

@@ -1,6 +1,5 @@
 #pragma once
-/// Where joints are: from points and directions in the world to the frames of two bodies. Not
-/// installed.
+/// Places joints: from points and directions in the world to frames in two bodies. Not installed.
 #include <pantin/joints.hpp>
 
 #include "engine/pantin/detail/checks.hpp"
@@ -9,7 +8,7 @@
 
 namespace pantin::detail {
 
-/// A joint's frame in the world, as either body carries it.
+/// The frame of a joint in world space, as each of its bodies carries it.
 struct WorldFrames {
   Pose a, b;
 };
@@ -19,22 +18,22 @@ struct JointEnds {
   Entity a, b;
 };
 
-/// Rotation whose x and y these unit vectors are; square to one another.
+/// The rotation whose x and y axes are these perpendicular unit vectors.
 Quat axes_of(Vec3 x, Vec3 y);
 
 /// Joint axes with x along `axis` and y as near to `across` as that allows.
 Quat axes_along(Findings& findings, const char* member, Vec3 axis, Vec3 across);
 
-/// Both sides at one place.
+/// Both sides at the same anchor and axes.
 WorldFrames at_place(Findings& findings, Vec3 anchor, Quat axes);
 
-/// Both sides as the bodies see them, in the world.
+/// Both sides, from frames in the bodies to world space.
 WorldFrames from_local(Findings& findings, const JointEnds& ends, const LocalFrames& local);
 
-/// A joint between bodies as they stand.
+/// A joint between two bodies at their present poses.
 Joint make_joint(const World& world, JointKind kind, const JointEnds& ends, const WorldFrames& at);
 
-/// The last step, once nothing is wrong with the description: whether the solver knows it all.
+/// The last step, if the description has no errors: checks that the solver supports all of it.
 template <class T>
 Result<Entity> link(World& world, Findings& findings, const T& described, const Joint& joint) {
   std::vector<Feature> features = features_of(joint);
