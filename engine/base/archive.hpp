@@ -1,8 +1,8 @@
 #pragma once
 /// Structs with `fields` to bytes and back. Numbers are stored in their memory representation, so
-/// that the same bits come back; the order of bytes is the machine's.
+/// that the same bits come back; the byte order is that of the machine.
 ///
-/// Internal (pantin::detail); installed because stores of components of your own read and write
+/// Internal (pantin::detail); installed because stores of user components read and write
 /// themselves.
 #include <cstring>
 #include <string>
@@ -14,14 +14,14 @@
 
 namespace pantin::detail {
 
-/// A function that a type runs once all of its fields are read: rebuilds what is derived, and
-/// returns null, or one clause that says what is wrong.
+/// A function that a type runs once all its fields are read: it rebuilds derived data, and returns
+/// null, or the fault as a clause.
 template <class T>
 concept HasRestored = requires(T& value) {
   { value.restored() } -> std::convertible_to<const char*>;
 };
 
-/// Fields to bytes.
+/// Writes fields to bytes.
 class FieldWriter {
  public:
   template <class T>
@@ -67,7 +67,8 @@ class FieldWriter {
     });
   }
 
-  /// What several share is written once: a number, and the value where the number is new.
+  /// A shared value is written once: its number, and the value itself where the number first
+  /// occurs.
   template <class T>
   void write_shared(const T& value) {
     using Held = std::remove_cv_t<typename T::element_type>;
@@ -90,9 +91,9 @@ class FieldWriter {
   std::unordered_map<const void*, std::uint64_t> shared_;
 };
 
-/// Bytes to fields. Whatever the bytes are, it reads within them, allocates no more than a small
-/// multiple of them, and lets no enum or bool have a value of none of its kind. After the first
-/// fault it reads nothing more.
+/// Reads fields from bytes. For arbitrary bytes it stays within them, allocates at most a small
+/// multiple of their size, and rejects invalid values of enums and bools. After the first fault it
+/// reads nothing more.
 class FieldReader {
  public:
   explicit FieldReader(std::string_view bytes) : bytes_(bytes) {}
@@ -151,7 +152,7 @@ class FieldReader {
 
   std::size_t left() const { return bytes_.size() - at_; }
   bool ok() const { return fault_.empty(); }
-  /// "<field> <what is wrong>", or empty.
+  /// "<field> <fault>", or empty.
   const std::string& fault() const { return fault_; }
   void fail(const char* why) {
     if (!ok()) return;
@@ -227,7 +228,7 @@ class FieldReader {
     value = byte != 0;
   }
 
-  /// A count of things that take at least a byte each.
+  /// A count of items that take at least one byte each.
   std::size_t get_count() {
     std::uint64_t count = 0;
     get(&count, sizeof count);
@@ -249,7 +250,7 @@ class FieldReader {
   std::vector<Shared> shared_;
 };
 
-/// Whether all that is saved of two values is the same, bit for bit.
+/// Whether the saved state of two values is equal, bit for bit.
 template <class T>
 bool same_fields(const T& one, const T& other) {
   FieldWriter a, b;

@@ -10,7 +10,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Programs that are started meanwhile, like ffmpeg, do not inherit the file.
+// Child processes such as ffmpeg do not inherit the file.
 #ifdef _WIN32
 constexpr const char *kWriting = "wb", *kAppending = "ab";
 #else
@@ -18,11 +18,11 @@ constexpr const char *kWriting = "wbe", *kAppending = "abe";
 #endif
 
 struct Target {
-  std::string path;  // with links followed
+  std::string path;  // links resolved
   bool in_place = false;
 };
 
-/// Names under /dev and /proc stand for what is open already, even if that is a file.
+/// Names under /dev and /proc denote streams that are open already, even if they are files.
 bool names_a_device(const fs::path& path) {
   std::error_code none;
   const std::string name = fs::absolute(path, none).lexically_normal().generic_string();
@@ -44,8 +44,8 @@ Target resolve(const std::string& path) {
   return {at.string(), true};
 }
 
-/// The stream that the program has already where the name stands for it, else null. Opened anew, a
-/// file behind it would be written from its start, by both.
+/// The program's own stream if the name denotes it, else null. If it were opened again, both would
+/// write to the file from its start.
 std::FILE* standard_stream(const std::string& path) {
   for (const char* folder : {"/dev/", "/dev/fd/", "/proc/self/fd/"}) {
     if (!path.starts_with(folder)) continue;

@@ -1,5 +1,5 @@
 #pragma once
-/// Writing files that are never seen half-written.
+/// Writes files that are never seen half-written.
 #include <cstdio>
 #include <string>
 #include <string_view>
@@ -8,10 +8,10 @@
 
 namespace pantin::detail {
 
-/// A file that appears under its name whole or not at all: it grows beside its place, as
-/// `path`.part, and `commit` renames it, so that a full disk or an interrupt costs no older file. A
-/// link is followed, and its target replaced. Devices, pipes and standard output have no older
-/// version and must stay what they are: they are written in place, after what stands there.
+/// A file that appears under its name completely or not at all. It is written beside its
+/// destination, as `path`.part, and `commit` renames it; so a full disk or an interrupt never
+/// destroys an older file. A link is followed, and its target replaced. Devices, pipes and standard
+/// output have no older version: they are appended to in place.
 ///
 /// Errors are one line, "<path>: <reason>". After the first one nothing more is written, and every
 /// later call returns it again.
@@ -20,12 +20,12 @@ class AtomicFile {
   AtomicFile() = default;
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
-  ~AtomicFile();  // abandons what was not committed
+  ~AtomicFile();  // discards a file that was not committed
 
   Result<Done> open(const std::string& path);
   /// Appends bytes; only between `open` and `commit`.
   Result<Done> write(std::string_view bytes);
-  /// Puts the file into its place. After a failure the older file, if there is one, is untouched.
+  /// Moves the file into place. On failure an older file, if there is one, is untouched.
   Result<Done> commit();
 
  private:
@@ -33,12 +33,12 @@ class AtomicFile {
   void abandon();
   bool close();
 
-  std::string path_, target_, part_;  // as given; with links followed; what is open
+  std::string path_, target_, part_;  // as given; links resolved; the open file
   std::FILE* file_ = nullptr;
   int failed_ = 0;  // errno of the first failure
 };
 
-/// All bytes at once.
+/// Writes a whole file at once.
 Result<Done> write_file(const std::string& path, std::string_view bytes);
 
 }  // namespace pantin::detail

@@ -18,7 +18,7 @@ bool BlockEnvelope::factor() const {
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const std::size_t first = rows[i].first;
     PANTIN_ASSERT(first <= i);
-    // Until the row is done its blocks are those of L^-1 A; then of D^-1 L^-1 A.
+    // While the row is processed its blocks hold L^-1 A; afterwards D^-1 L^-1 A.
     for (std::size_t j = first; j < i; ++j) {
       Real* own = block(i, j);
       for (std::size_t k = std::max<std::size_t>(first, rows[j].first); k < j; ++k)

@@ -1,7 +1,7 @@
 #pragma once
-/// L D L^T of a symmetric positive definite matrix of 6 x 6 blocks that is stored by its envelope:
-/// of each row of blocks those from the first that is not zero to the diagonal. The factor fills
-/// the envelope and no more. [George & Liu 1981, ch. 4]
+/// L D L^T of a symmetric positive definite matrix of 6 x 6 blocks in envelope (skyline) storage:
+/// each block row is stored from its first nonzero block to the diagonal. The factor has the same
+/// envelope. [George & Liu 1981, ch. 4]
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -12,7 +12,7 @@ namespace pantin::detail {
 
 inline constexpr std::size_t kEnvelopeWide = 6, kEnvelopeBlock = 36;
 
-/// A row of blocks: its first column, and where its blocks begin among the matrix's numbers.
+/// A block row: its first column, and the offset of its blocks in the matrix.
 struct EnvelopeRow {
   std::uint32_t first = 0;
   std::size_t at = 0;
@@ -22,12 +22,12 @@ struct BlockEnvelope {
   std::span<const EnvelopeRow> rows;
   std::span<Real> numbers;
 
-  /// Of what couples a row and a column, with rows[row].first <= column <= row: six numbers for
-  /// each unknown of the column. Of that on the diagonal the lower part is read.
+  /// The block of a row and a column, with rows[row].first <= column <= row: six numbers for each
+  /// unknown of the column. Of a diagonal block only the lower part is read.
   Real* block(std::size_t row, std::size_t column) const {
     return numbers.data() + rows[row].at + (column - rows[row].first) * kEnvelopeBlock;
   }
-  /// Replaces the matrix by its factor. False where a pivot is not positive.
+  /// Replaces the matrix by its factor. Returns false if a pivot is not positive.
   bool factor() const;
   /// Solves with the factor, in place: six numbers for each row.
   void solve(std::span<Real> x) const;

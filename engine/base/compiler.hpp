@@ -1,8 +1,7 @@
 #pragma once
-/// All that a compiler offers beyond the language. Everything else is standard C++20, so that a
-/// new compiler needs a look at this file only; without its gifts the plain forms below do the
-/// same, bit for bit, and slower (PANTIN_PLAIN_CPP selects them). Vectors are in lanes.hpp beside
-/// it.
+/// All compiler extensions in use. Everything else is standard C++20, so a new compiler needs
+/// changes in this file only. Without extensions the plain forms below give the same bits, but
+/// slower (PANTIN_PLAIN_CPP selects them). Vectors are in lanes.hpp.
 
 #if defined(__GNUC__) && !defined(PANTIN_PLAIN_CPP)
 #define PANTIN_INLINE inline __attribute__((always_inline))
@@ -15,7 +14,7 @@
 #ifdef __GNUC__
 /// Vectors wider than the baseline's registers are passed between inlined functions only.
 #define PANTIN_QUIET_VECTORS _Pragma("GCC diagnostic ignored \"-Wpsabi\"")
-/// Around headers of others that do not keep our warnings.
+/// For third-party headers that do not compile without warnings.
 #define PANTIN_QUIET_BEGIN                                                          \
   _Pragma("GCC diagnostic push") _Pragma("GCC diagnostic ignored \"-Wconversion\"") \
       _Pragma("GCC diagnostic ignored \"-Wunused-function\"")                       \
@@ -27,7 +26,7 @@
 #define PANTIN_QUIET_END
 #endif
 
-// What compiled this, for the heads of measurements.
+// The compiler, for the headers of measurements.
 #if defined(__clang__)
 #define PANTIN_COMPILER "clang " __clang_version__
 #elif defined(__GNUC__)
@@ -36,8 +35,7 @@
 #define PANTIN_COMPILER "unknown"
 #endif
 
-// Whether the processor this runs on has AVX2, or AVX-512; asked only where kernels for it are
-// built.
+// Whether this processor has AVX2, or AVX-512; called only if kernels for it are built.
 #ifdef __GNUC__
 #define PANTIN_CPU_HAS_AVX2() __builtin_cpu_supports("avx2")
 #define PANTIN_CPU_HAS_AVX512()                                               \

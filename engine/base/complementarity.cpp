@@ -8,12 +8,13 @@
 namespace pantin::detail {
 namespace {
 
-/// Of a row's diagonal: a pivot below it makes the row a combination of the free ones.
+/// A pivot below this fraction of the row's diagonal makes the row dependent on the free ones.
 constexpr Real kDependent = 1e-13;
-/// Of the terms that a velocity is the sum of: its rounding; what redundant rows may differ by.
+/// Relative to the terms of a velocity: its rounding error; the tolerated mismatch of redundant
+/// rows.
 constexpr Real kRounding = 1e-12, kConsistent = 1e-9;
 
-/// Which of the rows at a bound that their velocity would leave is freed next.
+/// Selection rule for the row at a bound that enters the free set.
 enum class Entering : std::uint8_t { fastest, lowest };
 
 class ActiveSet {
@@ -29,17 +30,17 @@ class ActiveSet {
   bool solve() {
     bool consistent = true;
     const std::size_t most = 16 * n_ + 64;
-    // Rows without bounds first: they stay.
+    // Unbounded rows enter first and stay.
     for (std::uint32_t i = 0; i < n_; ++i)
       if (is_bilateral(i)) add(i);
     for (std::size_t round = 0; round < most; ++round) {
       if (!descend()) return false;
-      // Against cycles of steps of no length: the lowest row, not the best. [Bland 1977]
+      // The lowest index after many rounds prevents cycling in degenerate steps. [Bland 1977]
       const Entering rule = round > 4 * n_ + 16 ? Entering::lowest : Entering::fastest;
       const std::uint32_t entering = find_entering(rule);
       if (entering == n_) return consistent;
       if (!add(entering) && !exchange(entering)) {
-        // No impulse changes its velocity: the row is left as it is.
+        // No impulse changes its velocity: the row is skipped.
         Real size = 0;
         const Real v = velocity_of(entering, size);
         consistent = consistent && !(std::abs(v) > kConsistent * size);
@@ -59,7 +60,7 @@ class ActiveSet {
            p_.bounds[i].upper == ImpulseBounds::kUnbounded;
   }
 
-  /// Column of the factor for row i: what of it the free rows explain; the squared pivot.
+  /// Computes the factor's column for row i in the free rows; returns the squared pivot.
   Real project(std::uint32_t i) {
     Real pivot = w(i, i);
     for (std::size_t k = 0; k < s_.free.size(); ++k) {
@@ -71,7 +72,7 @@ class ActiveSet {
     return pivot;
   }
 
-  /// Frees a row; false if it depends on the free ones.
+  /// Frees a row; returns false if it depends on the free ones.
   bool add(std::uint32_t i) {
     const Real pivot = project(i);
     if (!(pivot > kDependent * w(i, i))) return false;
@@ -82,7 +83,7 @@ class ActiveSet {
     return true;
   }
 
-  /// Takes the k-th free row out; the factor of those behind takes up its column.
+  /// Removes the k-th free row; updates the factor of the rows after it.
   void remove(std::size_t k) {
     const std::size_t count = s_.free.size();
     s_.is_free[s_.free[k]] = 0;
@@ -104,7 +105,7 @@ class ActiveSet {
     }
   }
 
-  /// `step` of the free rows = -W_FF^-1 r, of the values in it.
+  /// Solves `step` = -W_FF^-1 r for the free rows, in place.
   void solve_free() {
     const std::size_t count = s_.free.size();
     std::vector<Real>& z = s_.column;
@@ -120,7 +121,7 @@ class ActiveSet {
     for (std::size_t k = 0; k < count; ++k) s_.step[s_.free[k]] = z[k];
   }
 
-  /// w = W x + b, and the size of the terms of row i.
+  /// w = W x + b, and the magnitude of the terms of row i.
   Real velocity_of(std::size_t i, Real& size) const {
     Real sum = p_.bias[i];
     size = std::abs(sum);
@@ -132,8 +133,8 @@ class ActiveSet {
     return sum;
   }
 
-  /// How far along `step` the free rows stay within their bounds, up to `most`; the one that stops
-  /// it, by its place among them.
+  /// Ratio test: the largest fraction of `step`, up to `most`, that keeps the free rows within
+  /// their bounds; and the position of the blocking row among them.
   Real find_way(Real most, std::size_t& at) const {
     at = s_.free.size();
     for (std::size_t k = 0; k < s_.free.size(); ++k) {
@@ -157,7 +158,7 @@ class ActiveSet {
     remove(k);
   }
 
-  /// Moves to the solution on the free rows; those that come to a bound are held there.
+  /// Moves to the minimum over the free rows; rows that reach a bound are fixed there.
   bool descend() {
     for (std::size_t left = s_.free.size() + 1; left-- > 0;) {
       for (const std::uint32_t i : s_.free) s_.step[i] = velocity_of(i, s_.velocity[i]);
@@ -174,7 +175,7 @@ class ActiveSet {
     return true;
   }
 
-  /// The row at a bound that its velocity would leave, the fastest for its response; n if none.
+  /// The row at a bound with an inadmissible velocity, largest relative to its response; n if none.
   std::uint32_t find_entering(Entering rule) const {
     std::uint32_t best = static_cast<std::uint32_t>(n_);
     Real most = 0;
@@ -192,8 +193,8 @@ class ActiveSet {
     return best;
   }
 
-  /// Row i depends on the free ones: along the direction in which nothing moves the impulses go
-  /// until one of these is at its bound, and i takes its place. False if none ever is.
+  /// Row i depends on the free ones. Moves the impulses in the null direction until a free row
+  /// reaches its bound, then exchanges it for i. Returns false if none ever does.
   bool exchange(std::uint32_t i) {
     Real size = 0;
     const Real sign = velocity_of(i, size) < 0 ? 1 : -1;

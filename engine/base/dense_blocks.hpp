@@ -1,7 +1,7 @@
 #pragma once
-/// Small dense blocks of sparse symmetric factors, of up to six rows and columns: L D L^T of one on
-/// the diagonal, and what those beside it become. Of real numbers or of others like them; where a
-/// block has R rows and columns, R is known to the compiler, else 0.
+/// Small dense blocks of sparse symmetric factors, up to six rows and columns: L D L^T of diagonal
+/// blocks, and the updates of the others. The scalar type is Real or one like it. R is the number
+/// of rows and columns if it is known at compile time, else 0.
 #include <cstddef>
 
 #include "engine/base/invariants.hpp"
@@ -9,19 +9,19 @@
 
 namespace pantin::detail {
 
-/// Pivots of dependent rows are dropped; see PivotRule.
+/// The pivot with its expected sign; see PivotRule.
 inline Real pivot_size(Real pivot, Real sign) { return sign * pivot; }
 
-/// Which pivots of a block stand: those of `sign` that exceed `least` times the row's scale. Masses
-/// have no scales, and all of theirs stand.
+/// Accepts pivots of the given `sign` that exceed `least` times the row's scale. Mass blocks have
+/// no scales, and all their pivots are accepted.
 struct PivotRule {
   Real sign = 1;
   const Real* scales = nullptr;
   Real least = 0;
 };
 
-/// LDL^T of a square block, lower part; the diagonal becomes 1 / D. Other pivots than those that
-/// stand are dropped. Returns the number of dropped pivots.
+/// LDL^T of a square block, lower part; the diagonal becomes 1 / D. Pivots that the rule rejects
+/// are dropped. Returns the number of dropped pivots.
 template <int R, class T>
 int decompose(T* d, std::size_t rows, const PivotRule& rule) {
   const std::size_t n = R ? R : rows;
@@ -31,8 +31,9 @@ int decompose(T* d, std::size_t rows, const PivotRule& rule) {
   for (std::size_t c = 0; c < n; ++c) {
     const T pivot = d[c * n + c];
     const bool stands = pivot_size(pivot, rule.sign) > (scales ? least * scales[c] : 0);
-    // Masses are positive definite, whatever was eliminated before them; the first pivot is a sum
-    // without cancellation, later ones drown where moments differ by more than rounding.
+    // Mass blocks stay positive definite under elimination. The first pivot is a sum without
+    // cancellation; later ones may be lost to rounding where moments of inertia differ by many
+    // orders of magnitude.
     PANTIN_ASSERT(scales || c > 0 || is_positive(pivot_size(pivot, rule.sign)));
     const T inverse = stands ? T(1) / pivot : T(0);
     cut += stands ? 0 : 1;
@@ -49,8 +50,8 @@ int decompose(T* d, std::size_t rows, const PivotRule& rule) {
   return cut;
 }
 
-/// Size of a block of the factor beside the diagonal: a row for each unknown of the eliminated
-/// node, as wide as the other node has unknowns.
+/// Size of an off-diagonal block of the factor: a row for each unknown of the eliminated node, and
+/// a column for each of the other node.
 struct BlockSize {
   std::size_t rows, width;
 };
@@ -61,7 +62,7 @@ void solve_lower(const T* d, T* b, T* y, const BlockSize& size) {
   const std::size_t n = R ? R : size.rows, width = R ? R : size.width;
   for (std::size_t c = 0; c < n; ++c) {
     PANTIN_ASSERT(width <= 6);
-    T own[6];  // stays in registers: nothing else can point to it
+    T own[6];  // a local copy stays in registers, since nothing can alias it
     for (std::size_t r = 0; r < width; ++r) own[r] = b[c * width + r];
     for (std::size_t k = 0; k < c; ++k) {
       const T l = d[c * n + k];
@@ -78,7 +79,7 @@ struct PairSize {
   std::size_t rows, width_z, width_y;
 };
 
-/// T -= Z^T Y. Of a block on the diagonal only the lower part is read later.
+/// T -= Z^T Y. Of a diagonal block only the lower part is read later.
 template <int R, class T>
 void subtract_product(const T* z, const T* y, T* t, const PairSize& size) {
   const std::size_t n = R ? R : size.rows, wz = R ? R : size.width_z, wy = R ? R : size.width_y;
@@ -93,7 +94,7 @@ void subtract_product(const T* z, const T* y, T* t, const PairSize& size) {
   }
 }
 
-/// other -= B^T own, and own -= B other, for one block of the factor beside the diagonal.
+/// other -= B^T own, and own -= B other, for one off-diagonal block of the factor.
 template <int R, class T>
 void update_forward(const T* b, const T* own, T* other, const BlockSize& size) {
   const std::size_t n = R ? R : size.rows, width = R ? R : size.width;

@@ -12,7 +12,7 @@ namespace pantin::detail {
 class DisjointSets {
  public:
   explicit DisjointSets(std::size_t count) { reset(count); }
-  /// Each number alone again; keeps its memory.
+  /// Makes each number a set of its own again; keeps its memory.
   void reset(std::size_t count) {
     parent_.resize(count);
     std::iota(parent_.begin(), parent_.end(), 0u);

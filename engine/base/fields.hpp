@@ -12,10 +12,10 @@
 ///     }
 ///   };
 ///
-/// A plain field is state: the next step depends on it; so is `in_place`, a list that is as long
-/// as the structure requires. `passive` ones are kept and saved, but no
-/// step reads them: results, names, looks. `derived` ones follow from the rest (caches, scratch):
-/// they are made again, never saved. The name "" is not used.
+/// A plain field is state: the next step depends on it. So is `in_place`, a list whose length
+/// follows from the structure. `passive` fields are copied and saved, but no step reads them:
+/// results, names, appearance. `derived` fields follow from the rest (caches, scratch): they are
+/// rebuilt, never saved. The name "" is reserved.
 #include <array>
 #include <concepts>
 #include <cstddef>
@@ -32,17 +32,17 @@
 
 namespace pantin::detail {
 
-/// Kept and saved, but read by no step.
+/// Copied and saved, but not read by any step.
 template <class T>
 struct PassiveField {
   T& value;
 };
-/// Made again from the rest.
+/// Rebuilt from the rest.
 template <class T>
 struct DerivedField {
   T& value;
 };
-/// State in a list whose length follows from the rest: read into what is there.
+/// State in a list whose length is known: read into the existing elements.
 template <class T>
 struct InPlaceField {
   T& value;
@@ -52,12 +52,12 @@ struct InPlaceField {
 
 namespace pantin {
 
-/// Marks a field of a struct of yours: kept and saved, but read by no step.
+/// Marks a field of your struct: copied and saved, but not read by any step.
 template <class T>
 detail::PassiveField<T> passive(T& member) {
   return {member};
 }
-/// Marks a field of a struct of yours: made again from the rest, never saved.
+/// Marks a field of your struct: rebuilt from the rest, never saved.
 template <class T>
 detail::DerivedField<T> derived(T& member) {
   return {member};
@@ -91,10 +91,10 @@ inline constexpr bool kIsPassive = false;
 template <class T>
 inline constexpr bool kIsPassive<PassiveField<T>> = true;
 
-/// What a field is to the state.
+/// The role of a field.
 enum class Role : std::uint8_t { state, passive, derived };
 
-/// Takes the mark off a field: calls `to(role, member)`.
+/// Unwraps the mark of a field: calls `to(role, member)`.
 template <class T, class To>
 requires(!kIsMarked<T> && !kIsInPlace<T>) void unwrap(T& member, To&& to) {
   to(Role::state, member);
@@ -118,7 +118,7 @@ concept HasFields = requires(const std::remove_cv_t<T>& value) {
   std::remove_cv_t<T>::fields(value, [](const char*, const auto&) {});
 };
 
-/// Numbers, words of yes or no, and enums: what fields come down to in the end.
+/// Numbers, bools and enums: the leaves of all fields.
 template <class T>
 concept Leaf = std::is_arithmetic_v<T> || std::is_enum_v<T>;
 
@@ -155,13 +155,14 @@ inline constexpr bool kIsSpace = std::same_as<T, Vec3> || std::same_as<T, Quat> 
 
 }  // namespace fields
 
-/// An enum that names its last value by a function `last_of(E)`: others are refused in files.
+/// An enum that names its last value by a function `last_of(E)`; larger values in files are
+/// rejected.
 template <class T>
 concept HasLast = std::is_enum_v<T> && requires(T value) {
   last_of(value);
 };
 
-/// Types whose parts are always the same: calls `part(name, member)` for each, marks left on.
+/// Types with fixed parts: calls `part(name, member)` for each, with its mark.
 template <class T>
 concept FixedParts =
     HasFields<T> || fields::kIsSpace<std::remove_cv_t<T>> || fields::kIsArray<std::remove_cv_t<T>>;
@@ -184,11 +185,11 @@ void for_each_part(T& value, Part&& part) {
   }
 }
 
-/// No rule of its own for any type; see hash_fields.
+/// No special rule for any type; see hash_fields.
 struct NoRule {};
 
-/// Adds the state of `value` to `hash`; passive and derived fields are left out. `rule(hash, part)`
-/// is asked first, for the types it takes.
+/// Adds the state of `value` to `hash`, without passive and derived fields. `rule(hash, part)`
+/// takes precedence for the types that it accepts.
 template <class T, class Rule = NoRule>
 void hash_fields(Hash& hash, const T& value, const Rule& rule = {}) {
   if constexpr (requires { rule(hash, value); }) {
@@ -234,8 +235,8 @@ Member& same_member(const T& one, const Member& member, T& other) {
   return *reinterpret_cast<Member*>(reinterpret_cast<char*>(&other) + offset);
 }
 
-/// Copies the state from `from` to `to`, and nothing else: what is passive or derived in `to`
-/// stays, also in the elements of vectors that are equally long.
+/// Copies only the state from `from` to `to`. Passive and derived fields of `to` are kept, also in
+/// elements of vectors of equal length.
 template <class T>
 void copy_state(const T& from, T& to) {
   if constexpr (HasFields<T>) {
@@ -258,8 +259,8 @@ void copy_state(const T& from, T& to) {
   }
 }
 
-/// A fingerprint of the names and types of all fields that are saved, however deep: what a file of
-/// `T` has to agree with.
+/// A fingerprint of the names and types of all saved fields, at any depth; a file of `T` must match
+/// it.
 template <class T>
 void describe(Hash& hash) {
   using Plain = std::remove_cv_t<T>;

@@ -1,7 +1,7 @@
 #pragma once
 /// A 64-bit hash of state, computed from the bits of the numbers: equal states have equal hashes.
 ///
-/// Internal (pantin::detail); installed because stores of components of your own hash themselves.
+/// Internal (pantin::detail); installed because stores of user components hash themselves.
 #include <cstdint>
 #include <cstring>
 #include <string_view>

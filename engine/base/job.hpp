@@ -1,12 +1,12 @@
 #pragma once
-/// Independent parts of a piece of work, and who runs them.
+/// Parallel work: independent parts, and the interface that runs them.
 #include <cstddef>
 #include <functional>
 
 namespace pantin {
 
-/// Parts that do not depend on one another: `job(i)` does one of them. Refers to what it works on,
-/// and is good until the call that it was given to returns.
+/// Independent parts of a task: `job(i)` runs part i. It refers to data of the caller, and is valid
+/// until the call that received it returns.
 class Job {
  public:
   /// `work` is borrowed.

@@ -1,10 +1,10 @@
 #pragma once
-/// Four and two doubles side by side, and eight where the machine has registers for them:
-/// arithmetic, comparisons to a mask, `choose` by a mask, []. Either the compiler's vectors or
-/// plain arrays, with the same bits; see compiler.hpp.
+/// SIMD vectors of two and four doubles, and of eight where the machine has registers for them:
+/// arithmetic, comparisons to a mask, `choose` by a mask, []. Either compiler vectors or plain
+/// arrays, with the same bits; see compiler.hpp.
 ///
-/// Without a name that another unit could share: what includes this is built for several
-/// instruction sets, and the linker must not keep the code of one of them for everybody.
+/// In an unnamed namespace: translation units that include this are built for several instruction
+/// sets, and the linker must not merge their code.
 #include "engine/base/compiler.hpp"
 
 PANTIN_QUIET_VECTORS
@@ -48,7 +48,7 @@ struct LanesOf {
 using Four = LanesOf<double, 4>;
 using Two = LanesOf<double, 2>;
 
-// Lane by lane; a number counts as that number in every lane.
+// Lane by lane; a scalar is broadcast to all lanes.
 #define PANTIN_LANES(op, Result)                                                             \
   template <int N>                                                                           \
   PANTIN_INLINE LanesOf<Result, N> operator op(LanesOf<double, N> a, LanesOf<double, N> b) { \

@@ -17,8 +17,8 @@ using Vec3 = glm::dvec3;
 using Quat = glm::dquat;
 using Mat3 = glm::dmat3;
 
-// glm can be configured by macros. The library and what includes this header must agree on those
-// that change what numbers mean or where they are in memory; the others are left to the user.
+// glm can be configured by macros. The library and its users must agree on those that change the
+// meaning or the layout of numbers; the others are free.
 static_assert(offsetof(Quat, x) == 0 && offsetof(Quat, w) == 3 * sizeof(Real),
               "pantin needs quaternions in memory as x, y, z, w: without GLM_FORCE_QUAT_DATA_WXYZ");
 static_assert(sizeof(Vec3) == 3 * sizeof(Real) && alignof(Vec3) == alignof(Real) &&

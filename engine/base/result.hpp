@@ -1,5 +1,5 @@
 #pragma once
-/// Either a value or the errors that explain why there is none. For mistakes that a user can make.
+/// Either a value or the errors that explain its absence. For mistakes that a user can make.
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -13,7 +13,7 @@ struct Error {
   std::string message;
 };
 
-/// What Result::value() throws where there is none; what() holds all complaints, a line each.
+/// Thrown by Result::value() on failure; what() holds all errors, a line each.
 class NoValue : public std::runtime_error {
  public:
   explicit NoValue(const std::vector<Error>& errors) : std::runtime_error(lines(errors)) {}
@@ -39,7 +39,7 @@ class Result {
   T* operator->() { return &std::get<0>(held_); }
   const T* operator->() const { return &std::get<0>(held_); }
 
-  /// The value, for callers who have nothing better to do without one than to stop: throws NoValue.
+  /// The value; throws NoValue on failure.
   T& value() & {
     if (!*this) throw NoValue(errors());
     return std::get<0>(held_);

@@ -42,7 +42,7 @@ inline Vec3 angular_velocity_between(Quat from, Quat to, Real h) {
   return rotation_vector(to * glm::conjugate(from)) / h;
 }
 
-/// m, about the axis about which it is largest; of principal moments.
+/// Largest radius of gyration, m, from principal moments.
 inline Real radius_of_gyration(Vec3 inertia, Real mass) {
   return std::sqrt(std::max({inertia.x, inertia.y, inertia.z}) / mass);
 }

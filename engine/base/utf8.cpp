@@ -22,7 +22,7 @@ std::size_t character_length(std::string_view text, std::size_t i) {
   return overlong || surrogate || beyond ? 0 : length;
 }
 
-/// The code point of one sound character.
+/// The code point of one valid character.
 std::uint32_t decoded(std::string_view character) {
   const auto lead = static_cast<unsigned char>(character[0]);
   if (lead < 0x80) return lead;
@@ -31,7 +31,7 @@ std::uint32_t decoded(std::string_view character) {
   return c;
 }
 
-/// Control characters [ECMA-48], ends of lines, and marks that turn the direction of writing.
+/// Control characters [ECMA-48], line separators, and marks that change the direction of writing.
 bool is_acted_upon(std::uint32_t c) {
   return c < 0x20 || (c >= 0x7F && c < 0xA0) || c == 0x061C || c == 0x200E || c == 0x200F ||
          (c >= 0x2028 && c <= 0x202E) || (c >= 0x2066 && c <= 0x2069);
