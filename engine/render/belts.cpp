@@ -6,11 +6,11 @@
 namespace pantin::detail {
 namespace {
 
-constexpr Real kTurn = kPi / 24;                   // rad, between the pieces on a pulley
-constexpr Real kMarkLength = 0.5, kMarkEvery = 8;  // of the width
+constexpr Real kTurn = kPi / 24;                   // rad, between segments on a pulley
+constexpr Real kMarkLength = 0.5, kMarkEvery = 8;  // relative to the width
 constexpr Real kMostMarks = 200;
 
-/// A closed way and the lengths up to its points.
+/// A closed route, and the arc lengths at its points.
 struct Loop {
   std::vector<Vec3> points;
   std::vector<Real> lengths;

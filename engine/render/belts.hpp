@@ -1,5 +1,5 @@
 #pragma once
-/// Belts as boxes along their way, with marks that run along.
+/// Draws belts as boxes along their route, with marks that move along.
 #include <vector>
 
 #include "engine/geometry/shape.hpp"
@@ -8,14 +8,14 @@
 
 namespace pantin::detail {
 
-/// A piece of a belt where it stands; a mark has no material of its own.
+/// A segment of a belt at its pose; a mark has no material of its own.
 struct BeltPiece {
   Shape box;
   Pose pose;
   bool is_mark = false;
 };
 
-/// Appends the pieces of a belt; nothing if a body of it is gone.
+/// Appends the segments of a belt; nothing if one of its bodies is gone.
 void add_belt(const PosedWorld& scene, const Belt& belt, std::vector<BeltPiece>& to);
 
 }  // namespace pantin::detail

@@ -22,7 +22,7 @@ void add_surface(const Shape& shape, const Pose& at, std::vector<Ball>& to) {
   for (Vec3 point : s.points) to.push_back({to_world(at, point), 0});
 }
 
-/// A ball at each corner of the core; a core without extent along an axis has but one side there.
+/// A ball at each corner of the core; one without extent along an axis has a single corner there.
 void add_rounded(const RoundedBox& box, const Pose& at, std::vector<Ball>& to) {
   if (box.radius == 0) return add_corners(at, -box.core, box.core, to);
   for (int c = 0; c < 8; ++c) {
@@ -72,7 +72,7 @@ std::optional<Vec3> PosedWorld::position_of(Entity body, Vec3 anchor) const {
 
 namespace {
 
-/// Between the points of a cable on a pulley, rad.
+/// Between sample points of a cable on a pulley, rad.
 constexpr Real kArcStep = 0.15;
 
 Vec3 on_parabola(Vec3 a, Vec3 b, Vec3 drop, Real t) {
@@ -95,7 +95,7 @@ void add_curve(const HangingCable& cable, int segments, std::vector<Vec3>& to) {
     to.push_back(a), to.push_back(b);
     return;
   }
-  // The length grows with the sag and is at least twice the sag less the chord.
+  // The length grows with the sag, and is at least twice the sag minus the chord.
   Real low = 0, high = 0.5 * (length + glm::length(b - a)) + 1e-12;
   for (int i = 0; i < 24; ++i) {
     const Real middle = (low + high) / 2;

@@ -19,7 +19,7 @@ struct Sway {
   void take_all(const Sway& other) { take(other.low), take(other.high); }
 };
 
-/// Where a drive may carry its body, from where the body is now.
+/// Where a path may take its body, relative to the body's present position.
 Sway sway_of(const KinematicPath& drive, Vec3 now) {
   Sway sway;
   const PathBounds bounds = bounds_of(drive);
@@ -28,13 +28,13 @@ Sway sway_of(const KinematicPath& drive, Vec3 now) {
   return sway;
 }
 
-/// What hangs together, on what, and how it is carried about.
+/// A group of connected bodies, the points that hold it, and its displacements.
 struct Hanging {
-  std::vector<Vec3> holds;  // different places that carry it
+  std::vector<Vec3> holds;  // distinct points that hold it
   Sway sway;
 };
 
-/// The dynamic bodies in groups tied by links and cables; other bodies stay by themselves.
+/// Groups of dynamic bodies connected by links and cables; other bodies are groups of their own.
 class Groups {
  public:
   explicit Groups(const World& world) : world_(world), up_(world.bodies.size()) {
@@ -56,7 +56,7 @@ class Groups {
     return slot;
   }
 
-  /// Calls `visit` with the slots of every two bodies that a link, a cable or a pin ties.
+  /// Calls `visit` with the slots of each two bodies that a link, a cable or a pin connects.
   void for_each_tie(auto&& visit) const {
     const auto tie = [&](Entity a, Entity b) {
       const std::uint32_t i = world_.bodies.slot(a), j = world_.bodies.slot(b);
@@ -67,12 +67,12 @@ class Groups {
     for (const Pin& pin : world_.pins.values()) tie(pin.body, pin.to);
   }
 
-  /// Joins the groups of two bodies that are dynamic both.
+  /// Joins the groups of two dynamic bodies.
   void join(std::uint32_t i, std::uint32_t j) {
     if (is_dynamic(i) && is_dynamic(j)) up_[top(i)] = top(j);
   }
 
-  /// If one of two bodies is dynamic, the other holds it.
+  /// If one of two bodies is dynamic, the other one holds its group.
   void note_holder(std::uint32_t i, std::uint32_t j) {
     const bool free_i = is_dynamic(i), free_j = is_dynamic(j);
     if (free_i == free_j) return;
@@ -92,7 +92,7 @@ class Groups {
     return world_.bodies.values()[slot].motion == Motion::dynamic;
   }
 
-  /// The sway of a body's own drive.
+  /// The displacements by a body's own path.
   Sway own(std::uint32_t slot) const {
     const KinematicPath* drive = world_.paths.find(world_.bodies.owners()[slot]);
     const Sway sway = drive ? sway_of(*drive, world_.bodies.values()[slot].pose.position) : Sway{};
@@ -100,22 +100,23 @@ class Groups {
   }
 
   const World& world_;
-  std::vector<std::uint32_t> up_;  // a body of the same group, the top of a group itself
-  std::vector<Hanging> of_;        // by the top of the group
+  std::vector<std::uint32_t> up_;  // a body of the same group; the root of a group is its own
+  std::vector<Hanging> of_;        // by the root of the group
 };
 
-/// How a body may be carried about from where it is.
+/// The possible displacements of a body.
 struct Carried {
   const Hanging& hanging;  // its group
   Vec3 centre;             // of the body, world, m
   Vec3 down;               // unit, world
 };
 
-/// The ball now, on the other side of a swing, at its lowest, and wherever drives carry these.
+/// The ball at present, at the opposite end and the lowest point of a swing, and displaced by
+/// paths.
 void add_motion(const Ball& now, const Carried& body, std::vector<Ball>& to) {
   const auto& [hanging, centre, down] = body;
   std::vector<Ball> swung{now};
-  if (hanging.holds.size() == 1) {  // held at one place, it may swing like a pendulum
+  if (hanging.holds.size() == 1) {  // held at one point, it may swing like a pendulum
     const Vec3 arm = centre - hanging.holds.front();
     const Vec3 aside = arm - glm::dot(arm, down) * down;
     if (glm::length(aside) > 0.2 * glm::length(arm)) {
@@ -138,7 +139,7 @@ struct Ground {
   Pose pose;
 };
 
-/// Of height fields, what lies around the other things; grounds as a whole where nothing else is.
+/// Adds height fields near the other objects; whole grounds if there are no other objects.
 void add_grounds(std::span<const Ground> grounds, std::vector<Ball>& balls) {
   if (balls.empty()) {
     for (const Ground& ground : grounds) add_balls(*ground.shape, ground.pose, balls);
@@ -188,8 +189,8 @@ std::vector<Ball> all_balls(const World& world) {
   return balls;
 }
 
-/// If the ground is near, the places on it below and in the shadow of the balls join them; what may
-/// fall below it is left out, as nobody would see it.
+/// If the ground is near, adds the projections of the balls on it, straight down and along the
+/// shadow. Balls below it are moved up to it, because they are hidden.
 void add_ground(const View& view, std::vector<Ball>& balls) {
   Real low = kFar, high = -kFar;
   for (const Ball& b : balls) {
@@ -199,7 +200,7 @@ void add_ground(const View& view, std::vector<Ball>& balls) {
   const Real ground = view.ground_height;
   if (!view.ground || high < ground || low - ground > 0.75 * (high - low)) return;
   const Vec3 sun = view.light.direction;
-  // Long shadows of a low sun would make everything else small.
+  // Clamped: with long shadows of a low sun everything else would be small.
   const Real lean = sun.y < 0 ? std::min(1.0, 0.6 * -sun.y / std::hypot(sun.x, sun.z)) : 0;
   const std::size_t count = balls.size();
   for (std::size_t i = 0; i < count; ++i) {
@@ -218,12 +219,13 @@ void add_ground(const View& view, std::vector<Ball>& balls) {
   }
 }
 
-/// The nearest eye that has all balls within the four sides of its view.
+/// The nearest eye whose view frustum contains all balls.
 ///
-/// A ball (x, y, z; r) in camera axes lies within the right side if x - e_x + r / cos <= (z - e_z)
-/// tan, the left likewise; adding the two bounds e_z, and e_x lies in the middle. [half-space fit]
+/// A ball (x, y, z; r) in camera axes is inside the right plane if x - e_x + r / cos <= (z - e_z)
+/// tan, and likewise for the left. The sum of the two bounds e_z; e_x is in the middle. [half-space
+/// fit]
 Vec3 fit(const std::vector<Ball>& balls, const Eye& look, Real tan_x, Real tan_y) {
-  Vec3 sides[2] = {Vec3{-kFar}, Vec3{-kFar}};  // the worst of x, y towards + and towards -
+  Vec3 sides[2] = {Vec3{-kFar}, Vec3{-kFar}};  // extremes of x, y towards + and towards -
   Real nearest = kFar;
   const Real slope_x = std::sqrt(1 + tan_x * tan_x), slope_y = std::sqrt(1 + tan_y * tan_y);
   for (const Ball& b : balls) {
@@ -251,7 +253,7 @@ Eye make_eye(const Camera& camera, int width, int height) {
   const Vec3 way = camera.target - camera.eye;
   const Real distance = glm::length(way);
   eye.forward = distance > 0 ? way / distance : Vec3{0, 0, -1};
-  // Looking straight up or down, the top of the picture is where -z or z is.
+  // If it looks straight up or down, the top of the picture is towards -z or z.
   const Vec3 up =
       std::abs(eye.forward.y) < 0.9999 ? Vec3{0, 1, 0} : Vec3{0, 0, eye.forward.y > 0 ? 1 : -1};
   eye.right = glm::normalize(glm::cross(eye.forward, up));
@@ -269,7 +271,7 @@ namespace pantin {
 using namespace detail;
 
 Camera framing_camera(const World& world, const View& view, Real aspect) {
-  constexpr Real kMargin = 0.92;  // the part of the picture that is filled
+  constexpr Real kMargin = 0.92;  // fraction of the picture that is filled
   Camera camera = view.camera;
   camera.automatic = false;
   std::vector<Ball> balls = all_balls(world);

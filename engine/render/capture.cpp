@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Bytes a pixel that no scene was seen to go below; a disk with less room is refused.
+// Lower bounds of the file size, bytes per pixel, over all known scenes; smaller disks are refused.
 constexpr double kLeastPngBytes = 0.05, kLeastVideoBytes = 0.0005;
 
 std::string frame_name(std::size_t index) {
@@ -34,7 +34,7 @@ std::string frame_name(std::size_t index) {
   return name;
 }
 
-/// What an earlier run left half-written.
+/// Deletes incomplete files of an earlier run.
 void sweep(const fs::path& directory) {
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(directory, ignored)) {
@@ -44,7 +44,7 @@ void sweep(const fs::path& directory) {
   }
 }
 
-/// Makes the directory if need be and tries whether a file can be made in it.
+/// Creates the directory if necessary, and checks that a file can be created in it.
 Result<Done> prepare_directory(const std::string& directory) {
   std::error_code why;
   fs::create_directories(directory, why);
@@ -78,7 +78,7 @@ class ThreadedCapture final : public Capture {
   }
 
   ~ThreadedCapture() override {
-    stop(Queued::dropped);  // films_ then stop their children
+    stop(Queued::dropped);  // films_ then stop their child processes
   }
 
   Result<Done> start() {
@@ -156,10 +156,10 @@ class ThreadedCapture final : public Capture {
     return Done{};
   }
 
-  /// What becomes of the images in the queue when the writer stops.
+  /// What happens to queued images when the writer stops.
   enum class Queued { written, dropped };
 
-  /// Joins the writer.
+  /// Joins the writer thread.
   void stop(Queued queued) {
     {
       std::lock_guard lock(mutex_);
@@ -171,7 +171,8 @@ class ThreadedCapture final : public Capture {
   }
 
   void write_all() {
-    // A broken pipe is to be an error of write() here, without touching the program's own signals.
+    // write() must report a broken pipe as an error, without changing the program's own signal
+    // handlers.
     sigset_t broken_pipe;
     sigemptyset(&broken_pipe);
     sigaddset(&broken_pipe, SIGPIPE);

@@ -14,7 +14,7 @@ std::string text_of(const Gl& gl, GLenum what) {
   return text ? reinterpret_cast<const char*>(text) : "";
 }
 
-/// Empty, or why the context will not do.
+/// Empty, or why the context cannot be used.
 std::string shortcoming(const Gl& gl) {
   GLint major = 0, minor = 0;
   gl.GetIntegerv(GL_MAJOR_VERSION, &major);

@@ -25,7 +25,7 @@ struct Egl {
   PFNEGLGETPLATFORMDISPLAYEXTPROC get_platform_display = nullptr;
 };
 
-/// Extension lists are words between spaces.
+/// An extension list is words separated by spaces.
 bool has_word(const char* list, std::string_view word) {
   if (!list) return false;
   const std::string padded_list = " " + std::string(list) + " ";
@@ -39,7 +39,7 @@ std::string failure(const Egl& egl, const char* call) {
   return code.data();
 }
 
-/// Empty, or why the library is of no use. The library stays loaded: Mesa does not survive
+/// Empty, or why the library cannot be used. The library stays loaded, since Mesa does not survive
 /// unloading.
 std::string load_egl(Egl& egl, const char* library) {
   void* handle = dlopen(library, RTLD_NOW | RTLD_LOCAL);
@@ -72,7 +72,7 @@ class EglContext final : public Context {
     if (context_ == EGL_NO_CONTEXT) return;
     release();
     egl_.destroy_context(display_, context_);
-    // The display is not terminated: it is shared by all contexts of the process.
+    // Do not terminate the display: all contexts of the process share it.
   }
   EglContext(const EglContext&) = delete;
   EglContext& operator=(const EglContext&) = delete;
@@ -85,7 +85,7 @@ class EglContext final : public Context {
     egl_.make_current(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
   }
 
-  /// Empty when the context stands and is current.
+  /// Empty if the context was created and is current.
   std::string open(EGLDisplay display) {
     display_ = display;
     if (display_ == EGL_NO_DISPLAY) return failure(egl_, "eglGetPlatformDisplayEXT");
@@ -129,7 +129,7 @@ Result<std::unique_ptr<Context>> open_display(const Egl& egl, EGLDisplay display
   return std::unique_ptr<Context>(std::move(context));
 }
 
-/// The first device that gives a context: a GPU where there is one.
+/// The first device that provides a context: a GPU if there is one.
 Result<std::unique_ptr<Context>> open_device(const Egl& egl) {
   const auto query_devices =
       reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(egl.get_proc_address("eglQueryDevicesEXT"));

@@ -9,8 +9,8 @@
 namespace pantin::detail {
 namespace {
 
-// What OSMesa's header says, without its header: that one brings in the GL of the compatibility
-// profile, which does not go together with glcorearb.h.
+// Declarations of OSMesa, without its header: that one includes the GL header of the compatibility
+// profile, which conflicts with glcorearb.h.
 using OsMesaContext = void*;
 constexpr int kOsMesaFormat = 0x22, kOsMesaProfile = 0x33, kOsMesaCoreProfile = 0x34;
 constexpr int kOsMesaMajor = 0x36, kOsMesaMinor = 0x37;

@@ -8,7 +8,7 @@
 namespace pantin::detail {
 namespace {
 
-// Of the curve's size.
+// Relative to the curve's size.
 constexpr Real kChord = 5e-4, kPlate = 0.05, kWall = 0.03, kTube = 0.012;
 constexpr std::size_t kSides = 10;  // of a tube
 
@@ -16,7 +16,7 @@ using Triangles = std::vector<std::array<std::uint32_t, 3>>;
 
 Real cross(Vec3 a, Vec3 b) { return a.x * b.y - a.y * b.x; }
 
-/// Triangles of a polygon that runs anticlockwise and does not cross itself, by cutting ears.
+/// Triangulates a simple anticlockwise polygon by ear clipping.
 Triangles ears(const std::vector<Vec3>& p) {
   Triangles all;
   std::vector<std::uint32_t> left(p.size());
@@ -43,7 +43,7 @@ Triangles ears(const std::vector<Vec3>& p) {
   return all;
 }
 
-/// What is made of a curve, as a closed mesh.
+/// The closed mesh of a curve.
 struct Mesh3 {
   std::vector<Vec3> points;
   Triangles triangles;
@@ -70,7 +70,8 @@ Mesh3 plate(const std::vector<Vec3>& outline, Real half) {
   return made;
 }
 
-/// Sections of equal corner counts, each joined to the next; anticlockwise against the way.
+/// Connects consecutive sections with equal corner counts, anticlockwise as seen against the
+/// direction of the curve.
 enum class Loft { ring, strip };
 Mesh3 lofted(const std::vector<std::vector<Vec3>>& sections, Loft how) {
   const bool is_closed = how == Loft::ring;

@@ -1,12 +1,13 @@
 #pragma once
-/// How curves that touch are drawn: closed ones of the plane as plates, others as walls and tubes.
+/// Shapes that represent curves in contact: plates for closed planar ones, walls and tubes for
+/// others.
 #include "engine/geometry/surface.hpp"
 #include "engine/nurbs/closest.hpp"
 
 namespace pantin::detail {
 
-/// A solid about a curve, in its frame: within a closed one of the plane; behind its outer side if
-/// it is open or bounds a hole; around one in space. Null if it has no extent.
+/// A solid for a curve, in its frame: the inside of a closed planar curve; a wall behind its outer
+/// side if it is open or bounds a hole; a tube around a space curve. Null if it has no extent.
 std::shared_ptr<const Surface> solid_of(const nurbs::Wire& wire);
 
 }  // namespace pantin::detail

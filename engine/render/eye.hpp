@@ -1,5 +1,5 @@
 #pragma once
-/// A camera with its axes worked out.
+/// A camera with derived axes.
 #include "engine/base/math.hpp"
 #include "engine/world/look.hpp"
 
@@ -8,7 +8,7 @@ namespace pantin::detail {
 struct Eye {
   Vec3 position{0};
   Vec3 right{1, 0, 0}, up{0, 1, 0}, forward{0, 0, -1};  // unit, world axes
-  Real tan_x = 1, tan_y = 1;                            // of half the angles of view
+  Real tan_x = 1, tan_y = 1;                            // tangents of half the angles of view
   Real distance = 1;                                    // m, to the target
   int width = 1, height = 1;                            // pixels
 
@@ -24,7 +24,7 @@ struct Eye {
   }
 };
 
-/// Keeps the horizon level; a camera whose eye is its target looks along -z.
+/// Keeps the horizon level; a camera whose eye and target coincide looks along -z.
 Eye make_eye(const Camera& camera, int width, int height);
 
 }  // namespace pantin::detail

@@ -20,7 +20,7 @@ extern char** environ;
 namespace pantin::detail {
 namespace {
 
-constexpr double kMostGifBytes = 1e9;  // that ffmpeg keeps until it knows all colours
+constexpr double kMostGifBytes = 1e9;  // that ffmpeg buffers until it knows all colours
 
 bool ends_with(const std::string& text, const std::string& end) {
   return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
@@ -41,7 +41,7 @@ std::optional<Container> container_of(const std::string& path) {
   return std::nullopt;
 }
 
-/// The size and rate of a GIF, and the bytes that ffmpeg keeps of it.
+/// The size and rate of a GIF, and the memory that ffmpeg needs for it.
 struct GifForm {
   int width, height;
   double fps, bytes;
@@ -60,8 +60,8 @@ GifForm gif_form(const Film& film) {
   return form;
 }
 
-/// One table of colours for all pictures, made of what moves in them; of each picture only the part
-/// that has changed is written. An ordered pattern stays where it is, so that still parts do.
+/// One palette for all pictures, made from the moving parts; of each picture only the changed part
+/// is written. Ordered dithering keeps static parts unchanged.
 std::vector<std::string> gif_words(const Film& film) {
   const GifForm form = gif_form(film);
   std::string graph;
@@ -75,8 +75,8 @@ std::vector<std::string> gif_words(const Film& film) {
   return {"-vf", graph, "-loop", "0", "-f", "gif"};
 }
 
-/// Short groups without frames that wait for later ones, flushed as they come: what is on disk can
-/// be played even if ffmpeg is killed.
+/// Short groups of pictures without B-frames, flushed at once: the file can be played even if
+/// ffmpeg is killed.
 std::vector<std::string> h264_words(Container container) {
   std::vector<std::string> words = {
       "-vf",
@@ -133,11 +133,12 @@ std::vector<std::string> arguments(const Film& film, Container container) {
                                     "-an"};
   const auto own = container == Container::gif ? gif_words(film) : h264_words(container);
   words.insert(words.end(), own.begin(), own.end());
-  words.push_back("file:" + film.path + ".part");  // a name with a colon is no protocol
+  words.push_back("file:" + film.path + ".part");  // so that a name with a colon is not taken for a
+                                                   // protocol
   return words;
 }
 
-/// Why a film cannot be made of such pictures, or nothing.
+/// Why a film cannot be made from such pictures, or nothing.
 std::optional<Error> refusal(const Film& film, Container container) {
   if (container != Container::gif && (film.width % 2 != 0 || film.height % 2 != 0))
     return Error{film.path + ": found a size of " + size_text(film) +
@@ -156,7 +157,7 @@ std::optional<Error> refusal(const Film& film, Container container) {
   return Error{film.path + line + "; make it shorter, smaller or slower, or a video"};
 }
 
-/// Starts ffmpeg from PATH with these descriptors as its input and its complaints; an errno or 0.
+/// Starts ffmpeg from PATH with these descriptors as stdin and stderr; returns an errno or 0.
 int spawn(std::vector<std::string>& words, int input, int log, pid_t& child) {
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
@@ -176,7 +177,7 @@ int spawn(std::vector<std::string>& words, int input, int log, pid_t& child) {
   for (int signal : {SIGPIPE, SIGINT, SIGTERM, SIGHUP}) sigaddset(&defaults, signal);
   posix_spawnattr_setsigmask(&how, &none);
   posix_spawnattr_setsigdefault(&how, &defaults);
-  // A group of its own: an interrupt typed at the terminal must not stop the film before its end.
+  // In its own process group: an interrupt typed at the terminal must not end the film early.
   posix_spawnattr_setpgroup(&how, 0);
   posix_spawnattr_setflags(&how,
                            POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
@@ -200,7 +201,8 @@ Result<std::unique_ptr<Ffmpeg>> Ffmpeg::start(const Film& film) {
 
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) return Error{std::string("pipe: ") + std::strerror(errno)};
-  ::fcntl(ends[1], F_SETPIPE_SZ, 1 << 20);  // fewer turns between the two; the default will do too
+  ::fcntl(ends[1], F_SETPIPE_SZ, 1 << 20);  // fewer context switches; the default size works as
+                                            // well
   const int log = ::memfd_create("ffmpeg-log", MFD_CLOEXEC);
   if (log < 0) {
     const int reason = errno;
@@ -240,7 +242,7 @@ Result<Done> Ffmpeg::write(const Image& image) {
 
 Result<Done> Ffmpeg::finish() {
   const int status = wait();
-  // It ends with status 0 where the last bytes of a GIF find no room.
+  // ffmpeg exits with status 0 even if the last bytes of a GIF do not fit on the disk.
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || disk_is_full()) {
     keep_part_ = has_beginning() && !disk_is_full();
     std::string how = WIFSIGNALED(status)
@@ -255,13 +257,13 @@ Result<Done> Ffmpeg::finish() {
   return Done{};
 }
 
-/// The pipe broke: ffmpeg has ended, and its own words say more than ours.
+/// The pipe broke: ffmpeg has exited, and its own message is more specific.
 Error Ffmpeg::failure(const std::string& what) {
   const auto finished = finish();
   return finished ? Error{path_ + ": " + what} : finished.errors().front();
 }
 
-/// Closes the pipe, so that ffmpeg comes to its end, and takes its status.
+/// Closes the pipe, so that ffmpeg finishes, and returns its status.
 int Ffmpeg::wait() {
   if (pipe_ >= 0) ::close(pipe_);
   pipe_ = -1;
@@ -273,7 +275,7 @@ int Ffmpeg::wait() {
   return status;
 }
 
-/// The last line that ffmpeg wrote.
+/// The last line of ffmpeg's output.
 std::string Ffmpeg::last_line() const {
   char text[1024];
   const off_t end = ::lseek(log_, 0, SEEK_END);
@@ -290,7 +292,7 @@ bool Ffmpeg::disk_is_full() const {
   return last_line().find(std::strerror(ENOSPC)) != std::string::npos;
 }
 
-/// ": " and ffmpeg's last line, and where the beginning of the film is.
+/// ": " and ffmpeg's last line, and the path of the incomplete film.
 std::string Ffmpeg::last_words() const {
   const std::string log = last_line();
   std::string words = log.empty() ? "" : ": " + log;
@@ -298,7 +300,7 @@ std::string Ffmpeg::last_words() const {
   return words;
 }
 
-/// Something of the film is on disk.
+/// Whether a part of the film is on disk.
 bool Ffmpeg::has_beginning() const {
   struct stat about {};
   return ::stat((path_ + ".part").c_str(), &about) == 0 && about.st_size > 0;

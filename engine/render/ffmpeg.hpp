@@ -1,5 +1,5 @@
 #pragma once
-/// An ffmpeg child that makes a film of raw pictures.
+/// An ffmpeg child process that encodes raw pictures into a film.
 #include <sys/types.h>
 
 #include <memory>
@@ -9,38 +9,38 @@
 
 namespace pantin::detail {
 
-/// The pictures that go into a film, and where it goes.
+/// The input pictures of a film, and its output.
 struct Film {
   std::string path;
   int width = 0, height = 0;  // pixels, of the pictures
   double fps = 0;             // of the pictures
-  // Of a GIF; 0: no bound, or nobody knows.
+  // For a GIF; 0: no bound, or unknown.
   int most_width = 0;        // wider pictures are scaled down
-  double most_fps = 0;       // of faster ones some are left out
-  std::size_t expected = 0;  // pictures that will come
+  double most_fps = 0;       // pictures beyond this rate are dropped
+  std::size_t expected = 0;  // number of pictures
 };
 
-/// The container follows from the name: .mp4 (fragmented), .mkv or .gif. The first two can be
-/// played up to nearly the last frame should ffmpeg be killed. The film grows in `path`.part and is
-/// renamed by finish().
+/// The container follows from the name: .mp4 (fragmented), .mkv or .gif. If ffmpeg is killed, the
+/// first two can be played nearly to the last frame. The film is written to `path`.part and renamed
+/// by finish().
 ///
-/// A GIF shares one table of 256 colours, so ffmpeg keeps all its pictures until the last has come:
-/// more than fit into 1 GB are refused.
+/// A GIF has one palette of 256 colours, so ffmpeg buffers all its pictures: more than fit into 1
+/// GB are refused.
 class Ffmpeg {
  public:
-  /// Fails when ffmpeg is not on PATH, the container is unknown, the size does not suit x264 or a
+  /// Fails if ffmpeg is not on PATH, the container is unknown, the size does not suit x264, or a
   /// GIF would be too large.
   static Result<std::unique_ptr<Ffmpeg>> start(const Film& film);
-  /// Without finish(): stops ffmpeg and removes the `.part` file.
+  /// If finish() was not called: stops ffmpeg and deletes the `.part` file.
   ~Ffmpeg();
   Ffmpeg(const Ffmpeg&) = delete;
   Ffmpeg& operator=(const Ffmpeg&) = delete;
 
-  /// Hands one picture over. SIGPIPE must be blocked or ignored on this thread. Errors carry
-  /// ffmpeg's own last line.
+  /// Writes one picture. SIGPIPE must be blocked or ignored on this thread. Errors contain the last
+  /// line of ffmpeg's output.
   Result<Done> write(const Image& image);
-  /// Closes the pipe, waits, checks the exit status and renames. Of a film that failed the
-  /// beginning stays, unless the disk was full.
+  /// Closes the pipe, waits, checks the exit status and renames the file. The beginning of a failed
+  /// film is kept, unless the disk was full.
   Result<Done> finish();
 
  private:
@@ -54,7 +54,7 @@ class Ffmpeg {
 
   std::string path_;
   int pipe_, log_;  // descriptors; -1 once closed
-  pid_t child_;     // 0 once waited for
+  pid_t child_;     // 0 after it was reaped
   bool keep_part_ = false;
 };
 

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kAtlasWidth = 512;
 
-/// Latin-1 and what stands in labels of quantities.
+/// Latin-1, and the symbols used in labels of quantities.
 std::vector<char32_t> letters() {
   std::vector<char32_t> all;
   for (char32_t c = 0x20; c <= 0x7e; ++c) all.push_back(c);
@@ -39,7 +39,7 @@ struct LibraryFree {
 using Face = std::unique_ptr<FT_FaceRec_, FaceFree>;
 using Library = std::unique_ptr<FT_LibraryRec_, LibraryFree>;
 
-/// Puts letters side by side, row below row.
+/// Packs glyphs into rows.
 class Packer {
  public:
   explicit Packer(Font& font) : font_(font) { font_.atlas_width = kAtlasWidth; }

@@ -1,5 +1,5 @@
 #pragma once
-/// Letters as pixels: an atlas made once from a TrueType font, or from the font in stb_easy_font.h.
+/// A glyph atlas, rendered once from a TrueType font, or from the font in stb_easy_font.h.
 #include <cstdint>
 #include <span>
 #include <string>
@@ -9,7 +9,8 @@
 
 namespace pantin::detail {
 
-/// A letter's place in the atlas and around the pen, in pixels; `top` counts up from the baseline.
+/// A glyph's rectangle in the atlas and its offset from the pen, in pixels; `top` is above the
+/// baseline.
 struct Glyph {
   int x = 0, y = 0, width = 0, height = 0;
   int left = 0, top = 0;
@@ -28,14 +29,14 @@ struct Font {
   float width(std::string_view utf8) const;
 };
 
-/// Where fonts usually lie.
+/// Usual paths of fonts.
 std::span<const char* const> usual_fonts();
 
-/// The first of `files` that FreeType can read, at an em of `pixels`; the
-/// built-in one if there is none.
+/// Loads the first of `files` that FreeType can read, at an em of `pixels`; otherwise the built-in
+/// font.
 Font load_font(std::span<const char* const> files, int pixels);
 
-/// Takes the next letter off the front of `utf8`; U+FFFD for a byte that fits nowhere.
+/// Decodes and removes the first letter of `utf8`; U+FFFD for an invalid byte.
 char32_t take_letter(std::string_view& utf8);
 
 }  // namespace pantin::detail

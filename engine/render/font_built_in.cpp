@@ -1,4 +1,4 @@
-// The coarse letters of stb_easy_font, for machines without any font.
+// The coarse glyphs of stb_easy_font, for machines without fonts.
 #include <algorithm>
 
 #include "engine/base/compiler.hpp"
@@ -16,7 +16,7 @@ namespace pantin::detail {
 void draw_built_in(Font& font, int pixels) {
   font.source = "none";
 #ifdef PANTIN_HAS_EASY_FONT
-  // A letter of stb_easy_font is at most 8 by 12 units; each letter gets a cell of its own.
+  // A glyph of stb_easy_font is at most 8 by 12 units; each gets a cell of its own.
   const int unit = std::max(1, (pixels + 4) / 10), cell_width = 10 * unit, cell_height = 13 * unit;
   font.source = "built-in (ASCII only)";
   font.atlas_width = 16 * cell_width;

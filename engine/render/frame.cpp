@@ -9,9 +9,10 @@ namespace pantin::detail {
 namespace {
 
 constexpr Real kInfinity = std::numeric_limits<Real>::infinity();
-constexpr Real kAmbient = 0.55;  // the part of the sky that reaches a place among other things
+constexpr Real kAmbient = 0.55;  // fraction of the sky's light that reaches a point among other
+                                 // objects
 constexpr Real kLightTile = 0.33, kDarkTile = 0.25;  // albedo
-constexpr Real kShadowBlur = 3;                      // texels around a shadow's border
+constexpr Real kShadowBlur = 3;                      // texels, width of a shadow's penumbra
 
 void store(Vec3 from, Real w, float* to) {
   for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(from[k]);
@@ -40,8 +41,9 @@ void set_clip(FrameBlock& block, const Eye& eye, const DrawList& list) {
   store(eye.forward, 0, block.clip[3]);
 }
 
-/// Fits the shadow map around what moves, and around the fixed things unless they are much larger,
-/// like a floor. The fit grows in steps and shifts by whole texels, so that shadows do not crawl.
+/// Fits the shadow map around moving objects, and around fixed ones unless they are much larger,
+/// like a floor. The fit grows in steps and moves by whole texels, so that shadow edges do not
+/// shimmer.
 void set_light(FrameBlock& block, const View& view, const Eye& eye, const DrawList& list) {
   const Vec3 way = direction_of(view.light);
   const Vec3 aside = std::abs(way.y) < 0.99 ? Vec3{0, 1, 0} : Vec3{0, 0, 1};
@@ -86,7 +88,7 @@ void set_colours(FrameBlock& block, const View& view, const Eye& eye) {
   store(kAmbient * light.sky, eye.pixel(), block.sky);
   store(kAmbient * light.ground, view.ground_height - eye.position.y, block.soil);
   const auto squared = [](Vec3 shown) { return shown * shown; };
-  // Tiles of 1, 2 or 5 times a power of ten, about an eighth of the distance.
+  // The largest 1, 2 or 5 times a power of ten that is below a sixth of the distance.
   const Real wish = eye.distance / 6;
   const Real ten = std::pow(10, std::floor(std::log10(wish)));
   const Real tile = wish < 2 * ten ? ten : wish < 5 * ten ? 2 * ten : 5 * ten;
@@ -101,7 +103,8 @@ void set_colours(FrameBlock& block, const View& view, const Eye& eye) {
 }
 
 void set_rays(FrameBlock& block, const Eye& eye) {
-  // Tiles repeat after two; whole repeats are dropped so that far places keep their digits.
+  // The pattern repeats after two tiles; whole periods are dropped to keep precision far from the
+  // origin.
   const Real pair = 2 * static_cast<Real>(block.horizon[3]);
   const Vec3 target = eye.distance * eye.forward;
   block.origin[0] = static_cast<float>(eye.position.x - pair * std::floor(eye.position.x / pair));
@@ -127,7 +130,7 @@ void unite(PixelRect& rect, const PixelRect& own) {
           std::max(rect.y1, own.y1)};
 }
 
-/// Pixels, not cut by the picture.
+/// In pixels, not clipped to the picture.
 struct PixelBounds {
   Real low[2] = {kInfinity, kInfinity}, high[2] = {-kInfinity, -kInfinity};
 
@@ -137,7 +140,7 @@ struct PixelBounds {
     const Real middle[2] = {glm::dot(eye.right, d), -glm::dot(eye.up, d)};
     const Real tan[2] = {eye.tan_x, eye.tan_y};
     const int size[2] = {eye.width, eye.height};
-    // The farther out of the nearest and the farthest.
+    // The outer one of the nearest and the farthest.
     const auto pixel = [&](int axis, Real edge, Real z) {
       return (1 + edge / (z * tan[axis])) / 2 * size[axis];
     };
@@ -150,8 +153,8 @@ struct PixelBounds {
   }
 };
 
-/// Grows `rect` by the picture of a hull, even where all its balls lie beside the picture; by
-/// everything if the hull reaches the eye's plane.
+/// Extends `rect` by the projection of a hull, even if all its balls are outside the picture; by
+/// the whole picture if the hull crosses the plane of the eye.
 void take(PixelRect& rect, const Eye& eye, std::span<const Ball> hull, int margin) {
   PixelBounds bounds;
   std::size_t behind = 0;
@@ -180,17 +183,17 @@ void take(PixelRect& rect, const Eye& eye, std::span<const Ball> hull, int margi
   unite(rect, {low(0, eye.width), low(1, eye.height), high(0, eye.width), high(1, eye.height)});
 }
 
-/// The way of the light over what an eye sees.
+/// The path of sunlight in the view.
 struct Sunlight {
   const Eye& eye;
   Vec3 direction;  // unit, world, from the sun
 };
 
-/// Adds what a hull takes of the ground: its shadow.
+/// Adds the shadow of a hull on the ground.
 void take_shadow(Frame& frame, const Sunlight& light, std::span<const Ball> hull, Real ground) {
   const Eye& eye = light.eye;
   const Vec3 sun = light.direction;
-  if (sun.y > -0.02) {  // a setting sun: shadows everywhere
+  if (sun.y > -0.02) {  // a sun near the horizon: shadows everywhere
     frame.near_ground = {0, 0, eye.width, eye.height};
     return;
   }
@@ -204,7 +207,7 @@ void take_shadow(Frame& frame, const Sunlight& light, std::span<const Ball> hull
   take(frame.near_ground, eye, std::span(shadow).first(hull.size()), 2);
 }
 
-/// Adds the places on the ground below a hull.
+/// Adds the projection of a hull straight down on the ground.
 void take_feet(Frame& frame, const Eye& eye, std::span<const Ball> hull, Real ground) {
   std::array<Ball, kMostBalls> feet;
   std::transform(hull.begin(), hull.end(), feet.begin(), [&](const Ball& b) {
@@ -213,7 +216,7 @@ void take_feet(Frame& frame, const Eye& eye, std::span<const Ball> hull, Real gr
   take(frame.near_ground, eye, std::span(feet).first(hull.size()), 2);
 }
 
-/// The ground that sun shadows and the shade around contacts may reach.
+/// Finds the part of the ground where sun shadows and contact shade may fall.
 void set_ground(Frame& frame, const View& view, const Eye& eye, const DrawList& list) {
   frame.ground_row = eye.height;
   if (!view.ground || eye.position.y <= view.ground_height) return;
@@ -234,8 +237,7 @@ void set_ground(Frame& frame, const View& view, const Eye& eye, const DrawList& 
     if (std::any_of(hull.begin(), hull.end(), [&](const Ball& b) { return highest(b) >= 0; }))
       take_shadow(frame, sun, hull, view.ground_height);
   }
-  // A margin keeps the shade from being cut where a texel of its map reaches farther than the
-  // shade.
+  // A margin, because a texel at the border of the map extends beyond the shade.
   const Real margin = 0.02 * eye.distance;
   for (const Ball& b : list.fillings) {
     const Real height = b.centre.y - view.ground_height, wide = kShadeReach * b.radius + margin;
@@ -246,7 +248,7 @@ void set_ground(Frame& frame, const View& view, const Eye& eye, const DrawList& 
     const Ball shade{foot, wide};
     take(frame.near_ground, eye, {&shade, 1}, 2);
   }
-  // Grounds give no shade: it would take in all that lies around.
+  // Grounds cast no contact shade, which would cover everything around.
   for (std::size_t i = 0; i < list.grounds.size(); ++i) {
     take_feet(frame, eye, list.grounds[i], view.ground_height);
     take_shadow(frame, sun, list.grounds[i], view.ground_height);
@@ -268,7 +270,7 @@ Vec3 srgb(Vec3 linear) {
 }
 
 Vec3 display_colour(Vec3 linear) {
-  const Vec3 c = 0.62 * linear;  // as tone() of the shaders
+  const Vec3 c = 0.62 * linear;  // same tone curve as tone() in the shaders
   return srgb(c * (2.51 * c + 0.03) / (c * (2.43 * c + 0.59) + 0.14));
 }
 
@@ -282,7 +284,7 @@ Frame make_frame(const View& view, const Eye& eye, const DrawList& list) {
   for (const Hulls* hulls : {&list.solids_around, &list.grounds})
     for (std::size_t i = 0; i < hulls->size(); ++i) take(frame.solids, eye, (*hulls)[i], 3);
   set_ground(frame, view, eye, list);
-  // Mesa cuts by what a shader writes even where the cut is not enabled.
+  // Mesa clips by the distance that a shader writes even if clipping is disabled.
   frame.block.viewport[2] = frame.clips_ground ? frame.block.soil[3] : -1e30f;
   if (frame.shade_low.x < frame.shade_high.x) {
     const Vec3 size = frame.shade_high - frame.shade_low;

@@ -10,18 +10,18 @@
 namespace pantin::detail {
 namespace {
 
-constexpr std::size_t kCrowd = 500;  // bodies; beyond, triangles cost more than they show
+constexpr std::size_t kCrowd = 500;  // bodies; above it coarse meshes are used
 constexpr int kSlackSegments = 24;
 
 void store(Vec3 from, float* to) {
   for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(from[k]);
 }
 
-/// How closely meshes follow what is round.
+/// The tessellation of round shapes.
 enum class MeshDetail { fine, coarse };
 
-/// The coarsest mesh whose outline stays within half a pixel of the round, or of a few pixels where
-/// coarse detail will do.
+/// The coarsest mesh whose silhouette error is below half a pixel, or a few pixels at coarse
+/// detail.
 Mesh round_mesh(Real radius_pixels, MeshDetail detail) {
   const bool crowd = detail == MeshDetail::coarse;
   if (radius_pixels < (crowd ? 12 : 4)) return kRound6;
@@ -29,7 +29,7 @@ Mesh round_mesh(Real radius_pixels, MeshDetail detail) {
   return radius_pixels < 70 ? kRound32 : kRound64;
 }
 
-/// All of an instance but its core and skin.
+/// Fills an instance except for its core and skin.
 void fill(Instance& instance, const Pose& at, const Material& material, const Eye& eye) {
   instance.turn[0] = static_cast<float>(at.rotation.x);
   instance.turn[1] = static_cast<float>(at.rotation.y);
@@ -46,7 +46,7 @@ std::optional<RoundedBox> rounded_box(const Shape& shape) {
   return rounded ? rounded(shape) : std::nullopt;
 }
 
-/// The surface of a shape, or one that stands for it; kept, so that the card keeps it too.
+/// The surface of a shape, or a substitute; stored, so that its copy on the GPU is kept too.
 SurfaceSolids solids_of(const Shape& shape, DrawList& to) {
   if (has_surface(shape.kind)) return {shape.surface};
   const auto key = std::make_tuple(shape.kind, shape.size.x, shape.size.y, shape.size.z);
@@ -56,7 +56,7 @@ SurfaceSolids solids_of(const Shape& shape, DrawList& to) {
   return {stand_in.surface, &stand_in.shape};
 }
 
-/// Where the solids of a picture are collected, and how they are seen.
+/// Collects the solids of a picture, for an eye.
 struct SolidList {
   const Eye& eye;
   MeshDetail detail;
@@ -84,7 +84,7 @@ void SolidList::add_instance(SurfaceSolids group, const Pose& at, const Material
   instance.skin = 0;
 }
 
-/// A curve of a body looks as the body's first shape.
+/// A curve takes the material of its body's first shape.
 void SolidList::add_curve(const PosedWorld& scene, Entity body, const ContactSurface& on) {
   const World& world = scene.world;
   const std::uint32_t slot = world.bodies.slot(body);
@@ -127,7 +127,7 @@ void SolidList::add(const Shape& shape, const Pose& pose, const Material& materi
   instance.skin = static_cast<float>(skin);
 }
 
-/// A box of about three quarters the size of a shape, each side a whole number of the shortest.
+/// A box of about three quarters of a shape's size; each side is a whole multiple of the shortest.
 Shape box_within(const Shape& shape) {
   const Aabb bounds =
       shape.surface ? Aabb{shape.surface->low, shape.surface->high} : bounds_of(shape, Pose{});
@@ -141,7 +141,7 @@ Shape box_within(const Shape& shape) {
   return box;
 }
 
-/// Balls that fill a shape roughly, for the shade under it; none for floors and walls.
+/// Balls that roughly fill a shape, for its contact shade; none for floors and walls.
 void add_fillings(const Shape& shape, const Pose& pose, std::vector<Ball>& to) {
   if (is_ground(shape.kind)) return;
   const auto rounded = rounded_box(shape);
@@ -156,7 +156,7 @@ void add_fillings(const Shape& shape, const Pose& pose, std::vector<Ball>& to) {
     radius = std::min({reach.x, reach.y, reach.z});
     reach -= radius;
   }
-  // Balls that hardly overlap: each takes light of its own, so the same part must not count twice.
+  // Barely overlapping balls: each occludes separately, and overlaps would count twice.
   const Real apart = 1.6 * radius;
   int gaps[3];
   for (int k = 0; k < 3; ++k) {
@@ -172,7 +172,7 @@ void add_fillings(const Shape& shape, const Pose& pose, std::vector<Ball>& to) {
         to.push_back({to_world(at, {along(0, x), along(1, y), along(2, z)}), radius});
 }
 
-/// Whether a plane lies where the ground is drawn: two pictures of one surface would flicker.
+/// Whether a plane coincides with the drawn ground, which would cause z-fighting.
 bool is_drawn_ground(const Shape& shape, const Pose& pose, const View& view) {
   const bool flat = traits_of(shape.kind).shape_class == ShapeClass::half_space;
   if (!flat || !view.ground) return false;
@@ -257,7 +257,7 @@ void gather(const PosedWorld& scene, const View& view, const Eye& eye, DrawList&
       drawn.push_back(one), solids.add_curve(scene, body, *on);
     }
 
-  // What is hidden then costs little.
+  // Front to back, so that hidden fragments are rejected early.
   for (auto& list : to.solids) sort_nearest_first(list, eye.forward);
   for (auto& group : to.surfaces) sort_nearest_first(group.instances, eye.forward);
 

@@ -1,6 +1,6 @@
 #pragma once
-/// Packs what a World shows into the arrays that the graphics card reads. Positions are relative to
-/// the eye: far from the world's origin single precision would show.
+/// Packs the visible objects of a World into arrays for the GPU. Positions are relative to the eye:
+/// far from the world's origin single precision would be too coarse.
 #include <array>
 #include <map>
 #include <memory>
@@ -26,33 +26,34 @@ struct Instance {
   float roughness;
 };
 
-/// One of the two borders of a cable at one of its points; the shader rotates it towards the eye.
+/// One of the two edges of a cable's ribbon at one of its points; the shader turns it towards the
+/// eye.
 struct RibbonVertex {
   float position[3];
   float tangent[3];
   float side;  // -1 or 1
 };
 
-/// All solids of one surface.
+/// All instances of one surface.
 struct SurfaceSolids {
   std::shared_ptr<const Surface> surface;
-  const Shape* smooth = nullptr;  // that the surface stands for
+  const Shape* smooth = nullptr;  // the shape that the surface substitutes
   std::vector<Instance> instances = {};
 };
 
-/// A surface that stands for a shape without one.
+/// A substitute surface for a shape without one.
 struct StandIn {
   Shape shape;
   std::shared_ptr<const Surface> surface = nullptr;
 };
 
-/// Balls in groups; the hull of each group holds something that is drawn.
+/// Groups of balls; the hull of each group contains a drawn object.
 struct Hulls {
   std::vector<Ball> balls;
   std::vector<std::size_t> ends;  // of each group in `balls`
 
   void clear() { balls.clear(), ends.clear(); }
-  /// Ends a group: what was added to `balls` since the last one; none if that is nothing.
+  /// Ends a group: the balls added since the last one, if there are any.
   void end() {
     if (balls.size() > (ends.empty() ? 0 : ends.back())) ends.push_back(balls.size());
   }
@@ -66,27 +67,27 @@ struct Hulls {
 struct DrawList {
   std::array<std::vector<Instance>, kMeshCount> solids;
   std::vector<SurfaceSolids> surfaces;
-  std::unordered_map<const Surface*, std::size_t> surface_indices;  // in `surfaces`
-  // By kind and size; kept from picture to picture.
+  std::unordered_map<const Surface*, std::size_t> surface_indices;  // index in `surfaces`
+  // By kind and size; kept between pictures.
   std::map<std::tuple<ShapeKind, Real, Real, Real>, StandIn> stand_ins;
-  // Of curves that touch; kept likewise.
+  // Solids of curves in contact; kept as well.
   struct CurveSolid {
-    std::shared_ptr<const nurbs::Wire> curve;  // held: its address names it
+    std::shared_ptr<const nurbs::Wire> curve;  // owned, because its address is the key
     std::shared_ptr<const Surface> solid;
   };
   std::unordered_map<const nurbs::Wire*, CurveSolid> curve_solids;
   std::vector<RibbonVertex> ribbon;
   std::vector<std::uint32_t> ribbon_indices;  // triangles
-  Hulls solids_around;                        // around all that is drawn, grounds aside
+  Hulls solids_around;                        // around all drawn objects except grounds
   Hulls grounds;                              // around planes and height fields
-  std::vector<Ball> movers;                   // around what is not fixed, cables included
-  std::vector<Ball> fillings;                 // within the solids: what keeps light from the ground
+  std::vector<Ball> movers;                   // around moving objects, cables included
+  std::vector<Ball> fillings;                 // inside solids, as occluders of the ground
 };
 
 inline constexpr Real kStringRadius = 0.0012;  // m
 
-/// Clears `to` and fills it; bodies with poses that are not finite are left out, and so are planes
-/// that the ground of `view` shows already.
+/// Clears and fills `to`. Bodies with non-finite poses are left out, and so are planes that
+/// coincide with the ground of `view`.
 void gather(const PosedWorld& scene, const View& view, const Eye& eye, DrawList& to);
 
 }  // namespace pantin::detail

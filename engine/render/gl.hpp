@@ -1,6 +1,6 @@
 #pragma once
-/// The OpenGL entry points that the renderer calls, as a table filled through one context's own
-/// getProcAddress. No GL library is linked: two of them in one process answer for each other.
+/// A table of the OpenGL entry points that the renderer calls, loaded through its own context. No
+/// GL library is linked: with two of them in one process, symbols would clash.
 #include <GL/glcorearb.h>
 
 #define PANTIN_GL_ENTRY_POINTS(X)                                            \
@@ -84,7 +84,8 @@ struct Gl {
 using GlAddress = void (*)();
 using GlLookUp = GlAddress (*)(const char* name);
 
-/// Fills the table; the name of the first entry point that `look_up` does not know, or nullptr.
+/// Fills the table; returns the name of the first entry point that `look_up` does not find, or
+/// nullptr.
 const char* load(Gl& gl, GlLookUp look_up);
 
 }  // namespace pantin::detail

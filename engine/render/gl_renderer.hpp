@@ -1,5 +1,5 @@
 #pragma once
-/// The renderer over OpenGL: made in gl_setup.cpp, drawing in renderer.cpp.
+/// The OpenGL renderer: set up in gl_setup.cpp, drawing in renderer.cpp.
 #include <algorithm>
 
 #include "engine/render/context.hpp"
@@ -20,15 +20,15 @@ GLsizeiptr bytes_of(std::span<const T> items) {
   return static_cast<GLsizeiptr>(items.size_bytes());
 }
 
-/// All that sky and far ground depend on: pictures of one key have the same ones.
+/// Everything that determines sky and far ground: equal keys give equal backgrounds.
 struct BackdropKey {
   float ray[3][4], horizon[4], zenith[4], tiles[2][4], origin[4], to_clip[2], ground;
   int width, height, row;
   bool operator==(const BackdropKey&) const = default;
 };
 
-/// Solids are drawn with MSAA, but only where there are some; ground and sky filter themselves and
-/// are drawn without. The two pictures are then merged by coverage.
+/// Solids are drawn with MSAA, but only in their region. Ground and sky are filtered analytically
+/// and drawn without it. Both are then blended by coverage.
 class GlRenderer final : public Renderer {
  public:
   GlRenderer(std::unique_ptr<Context> context, GlReport report, const RenderOptions& options)
@@ -44,7 +44,8 @@ class GlRenderer final : public Renderer {
   GlRenderer(const GlRenderer&) = delete;
   GlRenderer& operator=(const GlRenderer&) = delete;
 
-  /// Makes everything that outlives a picture; the context is current before and not after.
+  /// Creates all objects that persist between pictures; the context is current before, and not
+  /// after.
   Result<Done> start();
 
   void draw(const Shot& shot, Image& out) override;
@@ -57,9 +58,9 @@ class GlRenderer final : public Renderer {
   Result<Done> allocate(int width, int height);
   Result<GLuint> program(const char* vertex, const char* fragment, const std::string& defines = {});
   void set_sampler(GLuint program, const char* name, int unit);
-  /// What TexImage2D is told of a texture, and how it is filtered.
+  /// The parameters of TexImage2D for a texture, and its filter.
   struct TextureForm {
-    GLint stored;  // format in the card
+    GLint stored;  // format on the GPU
     int width, height;
     GLenum format, type;  // of `texels`
     const void* texels = nullptr;
@@ -106,15 +107,15 @@ class GlRenderer final : public Renderer {
   GLuint shade_map_ = 0;
   GLuint shadow_target_ = 0, solid_target_ = 0, resolved_target_ = 0, picture_target_ = 0;
   GLuint backdrop_target_ = 0;
-  // Of the targets.
+  // Render targets.
   GLuint solid_colours_ = 0, solid_depths_ = 0, resolved_ = 0, picture_ = 0, backdrop_ = 0;
-  int room_width_ = 0, room_height_ = 0;  // of the targets, pixels
+  int room_width_ = 0, room_height_ = 0;  // size of the targets, pixels
   bool wireframe_ = false;
-  std::size_t overlay_room_ = 0;  // quads that the overlay's indices can name
+  std::size_t overlay_room_ = 0;  // quads that the overlay's index buffer can address
 
-  // While the camera stands still sky and far ground are copied from the last picture.
+  // While the camera is static, sky and far ground are copied from the last picture.
   BackdropKey backdrop_key_{};
-  bool has_backdrop_ = false;  // backdrop_ holds that of the key
+  bool has_backdrop_ = false;  // backdrop_ matches the key
 
   DrawList list_;
   Frame frame_;

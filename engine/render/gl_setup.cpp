@@ -1,4 +1,4 @@
-// What the renderer makes once: programs, targets, buffers.
+// Creates the persistent objects of the renderer: programs, targets, buffers.
 #include <array>
 
 #include "engine/render/gl_renderer.hpp"
@@ -69,7 +69,7 @@ GLuint GlRenderer::make_texture(int unit, const TextureForm& form) {
   return name;
 }
 
-/// Memory for pictures of up to this size; what is bound to the units of textures changes.
+/// Allocates targets for pictures up to this size; changes texture bindings.
 Result<Done> GlRenderer::allocate(int width, int height) {
   GLint most = 0, samples = 0;
   gl_.GetIntegerv(GL_MAX_RENDERBUFFER_SIZE, &most);
@@ -231,7 +231,7 @@ Result<Done> GlRenderer::start() {
   frame_block_ = buffer(GL_UNIFORM_BUFFER);
   gl_.BindBufferBase(GL_UNIFORM_BUFFER, 0, frame_block_);
   gl_.Enable(GL_SCISSOR_TEST);
-  gl_.FrontFace(GL_CW);  // the picture's first row is the lowest one for OpenGL
+  gl_.FrontFace(GL_CW);  // the picture's first row is the lowest one in OpenGL
   context_->release();
   return Done{};
 }

@@ -13,9 +13,9 @@
 namespace pantin::detail {
 namespace {
 
-constexpr Real kNoCap = 1e100;  // N m; joint drives stronger than this have no greatest torque
+constexpr Real kNoCap = 1e100;  // N m; joint drives above it have no torque limit
 
-/// Colours are written as they look; legends are linear [IEC 61966-2-1].
+/// Colours are given in sRGB; legends are linear [IEC 61966-2-1].
 Vec3 linear(Vec3 srgb) {
   const auto part = [](Real x) {
     return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
@@ -23,7 +23,7 @@ Vec3 linear(Vec3 srgb) {
   return {part(srgb.x), part(srgb.y), part(srgb.z)};
 }
 
-/// Radius of a shape about the origin of its body; without bound for grounds.
+/// Distance of a shape's farthest point from its body's origin; infinite for grounds.
 Real drawn_reach(const Shape& shape) {
   const Real off = glm::length(shape.local.position);
   if (is_ground(shape.kind)) return std::numeric_limits<Real>::infinity();
@@ -67,7 +67,7 @@ void add_joint_rings(const PosedWorld& scene, Pen& pen) {
     const auto b = scene.position_of(link.b, link.joint.anchor_b);
     if (!a || !b || !pen.sees(*a) || !pen.sees(*b)) continue;
     const Vec3 gap = pen.eye().project(*b) - pen.eye().project(*a);
-    const bool meets = holds_point(link.joint.kind);  // others have their own lines
+    const bool meets = holds_point(link.joint.kind);  // other kinds have lines of their own
     if (meets && std::hypot(gap.x, gap.y) > 0.5) pen.line(*a, *b, 2 * pen.fine(), ink::kOpenJoint);
     pen.ring(*a, std::max(4.0, pen.eye().height / 110.0), pen.fine(), ink::kJoint);
   }
@@ -90,7 +90,7 @@ void add_pins(const PosedWorld& scene, Pen& pen) {
   }
 }
 
-/// Weight of an island, N, on an average: what forces are measured by.
+/// The mean weight of an island, N: the unit for drawing forces.
 Real usual_weight(const World& world) {
   Real mass = 0;
   for (const Body& body : world.bodies.values())
@@ -101,8 +101,8 @@ Real usual_weight(const World& world) {
   return mass * (pull > 0 ? pull : 9.81) / count;
 }
 
-/// How long forces are drawn: they grow as log(1 + 9 force / weight); that of a whole weight is a
-/// tenth of the picture high, and none is longer than three tenths.
+/// The drawn length of a force: proportional to log(1 + 9 force / weight). A force of one unit is a
+/// tenth of the picture's height; the maximum is three tenths.
 struct ForceScale {
   Real weight, whole;  // N, m
 
@@ -114,14 +114,14 @@ struct ForceScale {
   }
 };
 
-/// Part of the greatest torque; without one, of what the spring would exert half a turn away.
+/// Fraction of the torque limit; without a limit, of the spring's torque at half a turn.
 Real effort(const JointDrive& drive) {
   const Real most = drive.max_torque < kNoCap ? drive.max_torque : kPi * drive.stiffness;
   return most > 0 ? std::clamp(drive.torque / most, 0.0, 1.0) : 0;
 }
 
-/// An arrow about the axis of the turn that is still to be made; three quarters of a circle are
-/// the greatest torque.
+/// An arc about the axis of the remaining rotation; three quarters of a circle correspond to the
+/// torque limit.
 void add_muscle(const PosedWorld& scene, const JointDrive& drive, const Link& link, Pen& pen) {
   const World& world = scene.world;
   const auto anchor = scene.position_of(link.a, link.joint.anchor_a);
@@ -135,7 +135,7 @@ void add_muscle(const PosedWorld& scene, const JointDrive& drive, const Link& li
   const Vec3 rest = rotation_vector(target_at(drive, world.time) * glm::conjugate(now));
   const Real angle = glm::length(rest);
   const Vec3 axis = turn_a * link.joint.frames.a() * (angle > 1e-6 ? rest / angle : Vec3{1, 0, 0});
-  // It begins at the side, so that short arrows are not seen end on.
+  // It starts at the side, so that short arcs are not seen edge-on.
   Vec3 side = glm::cross(axis, pen.eye().forward);
   if (glm::length(side) < 1e-3) side = glm::cross(axis, pen.eye().up);
   const Real radius = 0.45 * size, sweep = std::max(0.12, 1.5 * kPi * effort(drive));
@@ -197,7 +197,7 @@ void Pen::fan(Vec3 apex, std::span<const Vec3> rim, Vec3 colour) {
 }
 
 std::vector<Vec3> points_of(const Arc& arc) {
-  constexpr Real kStep = 0.13;  // rad; finer shows no more at the size of marks
+  constexpr Real kStep = 0.13;  // rad; finer steps are invisible at the size of marks
   const int pieces = std::max(1, static_cast<int>(std::ceil((arc.high - arc.low) / kStep)));
   std::vector<Vec3> points;
   for (int i = 0; i <= pieces; ++i) {
@@ -215,7 +215,7 @@ Real mark_size(const PosedWorld& scene, const Link& link, Vec3 at, const Pen& pe
   return std::clamp(body, height / 36 * pixel, height / 8 * pixel);
 }
 
-/// Whether a contact takes all the friction that it may.
+/// Whether the friction of a contact is at its limit.
 bool slides(const Contact& contact) {
   const Real normal = glm::dot(contact.force, contact.normal);
   const Real across = glm::length(contact.force - normal * contact.normal);
@@ -251,7 +251,7 @@ void add_forces(const World& world, std::span<const Overlay::Arrow> forces, Pen&
     const Vec3 way = arrow.force / force, tip = arrow.at + scale.length(force) * way;
     if (!pen.sees(tip)) continue;
     pen.line(arrow.at, tip, 1.6 * pen.fine(), ink::kForce);
-    // The head lies in the picture's plane.
+    // The arrow head is in the plane of the picture.
     const Vec3 side = glm::cross(way, pen.eye().forward);
     const Real head = std::min(pen.metres(tip, 6 * pen.fine()), 0.5 * scale.length(force));
     if (glm::length(side) < 1e-3) continue;

@@ -20,22 +20,22 @@ inline constexpr Vec3 kContact{0.45, 0.95, 0.30}, kNear{0.55, 0.62, 0.50}, kSlid
 inline constexpr Vec3 kTrailA{0.98, 0.62, 0.10}, kTrailB{0.30, 0.85, 0.95};  // on a, on b
 inline constexpr Vec3 kForce{1.0, 0.50, 0.15};  // of joints, cables and pins
 inline constexpr Vec3 kMuscle{0.98, 0.45, 0.80};
-inline constexpr Vec3 kTie{0.05, 0.60, 0.42};     // what joints slide along, distances, springs
-inline constexpr Vec3 kWarning{1.0, 0.25, 0.15};  // at a stop, out of reach, at full strength
+inline constexpr Vec3 kTie{0.05, 0.60, 0.42};     // axes of translation, distances, springs
+inline constexpr Vec3 kWarning{1.0, 0.25, 0.15};  // at a stop, out of reach, at the torque limit
 }  // namespace ink
 
-/// Draws lines between points of the world; what is behind the eye is left out.
+/// Draws lines between points of the world; points behind the eye are skipped.
 class Pen {
  public:
   Pen(OverlayList& list, const Eye& eye) : list_(list), eye_(eye) {}
 
   const Eye& eye() const { return eye_; }
-  /// Width of a fine line: 1.5 pixels in a picture of 720 rows.
+  /// Width of a thin line: 1.5 pixels in a picture of 720 rows.
   Real fine() const { return std::max(1.0, eye_.height / 480.0); }
   bool sees(Vec3 point) const {
     return is_finite(point) && eye_.depth(point) > 1e-3 * eye_.distance;
   }
-  /// Length at `point` that covers so many pixels, m.
+  /// The length at `point` that covers this many pixels, m.
   Real metres(Vec3 point, Real pixels) const { return pixels * eye_.pixel() * eye_.depth(point); }
 
   /// `width`, `radius` and `reach` are in pixels.
@@ -54,8 +54,8 @@ class Pen {
   const Eye& eye_;
 };
 
-/// A circle's arc about `axis` (unit) through `centre`, from angle `low` to `high`; angle 0 is the
-/// way of `zero`, whose length is the radius.
+/// A circular arc about `axis` (unit) around `centre`, from angle `low` to `high`. Angle 0 is the
+/// direction of `zero`, whose length is the radius.
 struct Arc {
   Vec3 centre{0}, axis{1, 0, 0}, zero{0, 1, 0};
   Real low = 0, high = 0;  // rad
@@ -65,10 +65,9 @@ std::vector<Vec3> points_of(const Arc& arc);
 /// All marks: see Overlay::joints.
 void add_marks(const PosedWorld& scene, Pen& pen);
 
-/// Contacts with their forces: a part of add_marks.
+/// Contacts with their forces; part of add_marks.
 void add_contact_marks(const PosedWorld& scene, Pen& pen);
-/// Where joints of surfaces touch, the plane that both are tangent to and its normal: a part of
-/// add_marks.
+/// Contact points of surface joints, with tangent plane and normal; part of add_marks.
 void add_surface_marks(const PosedWorld& scene, Pen& pen);
 /// See Overlay::trails.
 void add_trails(const PosedWorld& scene, std::span<const Overlay::Trail> trails, Pen& pen);
@@ -77,13 +76,13 @@ void add_doubts(std::span<const Vec3> places, Pen& pen);
 /// Arrows: see Overlay::forces.
 void add_forces(const World& world, std::span<const Overlay::Arrow> forces, Pen& pen);
 
-/// How far joints may turn and where they stand: sectors of hinges and universal joints, cones of
-/// ball joints with an arc for the twist, in the warning colour where they are at a stop; axes of
-/// hinges; squares at what is locked; lines that joints slide along, lines and zigzags of distances
-/// and springs. Two thirds of the smaller body in size.
+/// Ranges and present coordinates of joints. Sectors of hinges and universal joints; cones of ball
+/// joints with an arc for the twist; in the warning colour at a stop. Axes of hinges; squares at
+/// locked joints; lines of translations; lines and zigzags of distances and springs. The size is
+/// two thirds of the smaller body.
 void add_turn_marks(const PosedWorld& scene, Pen& pen);
 
-/// The length that marks at a joint are given, m; 0 where they would be too small to read.
+/// The length of marks at a joint, m; 0 if they would be too small to read.
 Real mark_size(const PosedWorld& scene, const Link& link, Vec3 at, const Pen& pen);
 
 }  // namespace pantin::detail

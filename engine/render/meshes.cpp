@@ -19,7 +19,7 @@ void add_triangle(Meshes& to, std::uint16_t a, std::uint16_t b, std::uint16_t c)
   to.indices.insert(to.indices.end(), {a, b, c});
 }
 
-/// Two hemispheres of `rings` rings and the straight part between their rims.
+/// Two hemispheres of `rings` rings, and the cylinder between them.
 void add_round(Meshes& to, int segments, int rings) {
   const auto ring_of = [&](int ring, Real end) {  // ring 0 is the rim
     const Real rise = kPi / 2 * ring / rings;
@@ -56,14 +56,15 @@ void add_round(Meshes& to, int segments, int rings) {
   }
 }
 
-/// Six faces, a bevel along each edge and a triangle at each corner. Normals turn over the bevels.
+/// Six faces, a bevel along each edge and a triangle at each corner. Normals vary across the
+/// bevels.
 void add_box(Meshes& to) {
   const auto axis = [](int k, Real sign) {
     Vec3 v{0};
     v[k] = sign;
     return v;
   };
-  std::uint16_t at[8][3];  // by corner and by the face whose normal the vertex has
+  std::uint16_t at[8][3];  // by corner, and by the face that gives the normal
   for (int c = 0; c < 8; ++c) {
     const Vec3 corner{c & 1 ? 1 : -1, c & 2 ? 1 : -1, c & 4 ? 1 : -1};
     for (int k = 0; k < 3; ++k) at[c][k] = add_vertex(to, corner, axis(k, corner[k]));

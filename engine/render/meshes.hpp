@@ -1,24 +1,24 @@
 #pragma once
-/// The few meshes that all shapes are drawn with.
+/// The meshes from which all shapes are drawn.
 #include <array>
 #include <cstdint>
 #include <vector>
 
 namespace pantin::detail {
 
-/// A vertex of a solid that is a core grown by a skin: its position is `core * corner + skin *
-/// normal`. One mesh so serves capsules of any length, and boxes with bevels of any width.
+/// A vertex of a solid made of a core and a skin: its position is `core * corner + skin * normal`.
+/// One mesh thus serves capsules of any length, and boxes with bevels of any width.
 struct MeshVertex {
-  float corner[3];  // -1, 0 or 1 an axis
+  float corner[3];  // -1, 0 or 1 per axis
   float normal[3];
 };
 
-/// Part of the common index buffer.
+/// A range of the common index buffer.
 struct MeshRange {
   std::uint32_t first = 0, count = 0;  // indices
 };
 
-/// Capsules and spheres from fine to coarse, then boxes: near ones are fine, and drawn first.
+/// Capsules and spheres from fine to coarse, then boxes. Near ones are fine, and are drawn first.
 enum Mesh : std::size_t { kRound64, kRound32, kRound16, kRound6, kBox, kMeshCount };
 
 struct Meshes {

@@ -55,7 +55,7 @@ void OverlayList::add_triangle(Vec3 a, Vec3 b, Vec3 c, const Paint& paint) {
                                {corner(b, 0), corner(b, 1)},
                                {corner(c, 0), corner(c, 1)},
                                {corner(c, 0), corner(c, 1)}};
-  // The middle of a box without end: no border, so that neighbours join without a seam.
+  // An infinite box has no border, so that neighbours join without a seam.
   add_quad(corners, {{0, 0}, {0, 0}, {0, 0}, {0, 0}}, {1e4f, 1e4f, 0, 1}, paint);
 }
 
@@ -91,7 +91,7 @@ void OverlayList::add_text(Vec3 baseline, std::string_view utf8, Vec3 colour) {
 
 namespace {
 
-/// Breaks a text into lines that are no wider than `room` pixels, at spaces where there are some.
+/// Wraps a text into lines of at most `room` pixels, at spaces if possible.
 void add_wrapped(const Font& font, std::string_view text, float room,
                  std::vector<std::string_view>& to) {
   while (font.width(text) > room) {

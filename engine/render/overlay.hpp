@@ -1,5 +1,5 @@
 #pragma once
-/// What lies flat over the picture: panels, text, lines.
+/// Two-dimensional overlay of the picture: panels, text, lines.
 #include <span>
 #include <vector>
 
@@ -11,19 +11,19 @@ namespace pantin::detail {
 
 struct OverlayVertex {
   float pixel[2];   // from the top left corner
-  float local[2];   // in the atlas, or in pixels from the middle of the box
+  float local[2];   // in the atlas, or in pixels from the centre of the box
   float form[4];    // see the overlay shader
   float colour[4];  // sRGB and opacity
 };
 
-/// What flat things are painted with.
+/// Colour and opacity of an overlay element.
 struct Paint {
   Paint(Vec3 srgb, Real opaque = 1) : colour(srgb), opacity(opaque) {}
   Vec3 colour;   // sRGB
   Real opacity;  // 0..1
 };
 
-/// Quads, four vertices each, in the order they are to be painted.
+/// Quads, four vertices each, in painting order.
 class OverlayList {
  public:
   explicit OverlayList(const Font& font) : font_(font) {}
@@ -37,7 +37,7 @@ class OverlayList {
   void add_ring(Vec3 middle, Real radius, Real width, Vec3 colour);
   void add_text(Vec3 baseline, std::string_view utf8, Vec3 colour);
 
-  /// The lines of `overlay` on a panel at the top left, its legend on one at the bottom left.
+  /// Draws the lines of `overlay` on a panel at the top left, its legend on one at the bottom left.
   void add_labels(const Overlay& overlay, const Eye& eye);
 
  private:

@@ -17,7 +17,7 @@ void put_word(std::uint8_t* at, std::uint32_t word) {
   for (int i = 0; i < 4; ++i) at[i] = static_cast<std::uint8_t>(word >> (24 - 8 * i));
 }
 
-/// Completes a chunk whose `size` bytes of data already lie at `begin + 8`; the end of the chunk.
+/// Completes a chunk whose `size` bytes of data start at `begin + 8`; returns the end of the chunk.
 std::uint8_t* close_chunk(std::uint8_t* begin, const char* type, std::size_t size) {
   put_word(begin, static_cast<std::uint32_t>(size));
   std::memcpy(begin + 4, type, 4);
@@ -31,7 +31,7 @@ bool is_opaque(const Image& image) {
   return true;
 }
 
-/// Each row behind a filter byte of 0.
+/// Copies each row after a filter byte of 0.
 void pack_rows(const Image& image, std::size_t channels, std::vector<std::uint8_t>& rows) {
   const auto width = static_cast<std::size_t>(image.width);
   const auto height = static_cast<std::size_t>(image.height);

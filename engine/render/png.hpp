@@ -1,6 +1,6 @@
 #pragma once
-/// PNG files by libdeflate: the pictures are flat, so its fastest level without filters beats the
-/// usual writers both in time and in size.
+/// PNG files by libdeflate: for flat pictures its fastest level without filters is faster and
+/// smaller than usual encoders.
 #include <memory>
 #include <span>
 #include <string_view>
@@ -11,11 +11,11 @@ struct libdeflate_compressor;
 
 namespace pantin::detail {
 
-/// Encodes one picture after another with the same memory.
+/// Encodes pictures one after another, reusing its memory.
 class PngEncoder {
  public:
   PngEncoder();
-  /// The bytes of the file; good until the next call. Opaque pictures are written as RGB.
+  /// The bytes of the file; valid until the next call. Opaque pictures are written as RGB.
   std::span<const std::uint8_t> encode(const Image& image);
 
  private:
@@ -26,7 +26,7 @@ class PngEncoder {
   std::vector<std::uint8_t> rows_, file_;
 };
 
-/// Bytes as what files are written from.
+/// The bytes as a string view, for writing files.
 std::string_view as_text(std::span<const std::uint8_t> bytes);
 
 }  // namespace pantin::detail

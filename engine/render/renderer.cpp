@@ -1,4 +1,4 @@
-// One picture: what is drawn, in which order.
+// The passes of one picture.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -47,7 +47,7 @@ void GlRenderer::point_at_instances(std::size_t first) {
                             offset(first * sizeof(Instance) + 16 * part));
 }
 
-/// Hulls, meshes, height fields and what stands for other shapes, whose instances begin at `first`.
+/// Hulls, meshes, height fields and substitutes for other shapes, whose instances begin at `first`.
 void GlRenderer::draw_surfaces(std::size_t first) {
   for (const SurfaceSolids& group : list_.surfaces) {
     const StoredSurface& stored = surfaces_.stored(group.surface, group.smooth);
@@ -60,7 +60,7 @@ void GlRenderer::draw_surfaces(std::size_t first) {
   }
 }
 
-/// All solids and cables, into the shadow map or into the picture.
+/// Draws all solids and cables, into the shadow map or into the picture.
 void GlRenderer::draw_world_meshes(MeshPass pass) {
   const bool depth_only = pass == MeshPass::shadow;
   if (pass == MeshPass::wires) gl_.PolygonMode(GL_FRONT_AND_BACK, GL_LINE);
@@ -73,9 +73,9 @@ void GlRenderer::draw_world_meshes(MeshPass pass) {
     const std::size_t count = list_.solids[m].size();
     if (count == 0) continue;
     point_at_instances(first);
-    // A texel of the shadow map is coarser than a pixel: fewer triangles do.
+    // A texel of the shadow map is larger than a pixel: fewer triangles suffice.
     const bool fine = m == kRound32 || m == kRound64;
-    const bool coarse = pass != MeshPass::colour;  // the wires of fine ones merge
+    const bool coarse = pass != MeshPass::colour;  // the wires of fine ones would merge
     const MeshRange range = meshes_.ranges[coarse && fine ? std::size_t(kRound16) : m];
     gl_.DrawElementsInstanced(GL_TRIANGLES, static_cast<GLsizei>(range.count), GL_UNSIGNED_SHORT,
                               offset(range.first * sizeof(std::uint16_t)),
@@ -97,9 +97,10 @@ void GlRenderer::draw_shadows() {
   gl_.Viewport(0, 0, kShadowSize, kShadowSize);
   scissor({0, 0, kShadowSize, kShadowSize});
   gl_.Clear(GL_DEPTH_BUFFER_BIT);
-  scissor({1, 1, kShadowSize - 1, kShadowSize - 1});  // the border stays lit: all beyond shows it
+  scissor({1, 1, kShadowSize - 1, kShadowSize - 1});  // the border stays lit, for everything
+                                                      // outside the map
   gl_.Enable(GL_DEPTH_TEST);
-  gl_.Enable(GL_DEPTH_CLAMP);  // what stands before the map's box casts shadows into it
+  gl_.Enable(GL_DEPTH_CLAMP);  // objects in front of the map's box cast shadows too
   gl_.Enable(GL_POLYGON_OFFSET_FILL);
   gl_.PolygonOffset(1.5f, 4.f);
   gl_.FrontFace(GL_CCW);
@@ -135,8 +136,8 @@ void GlRenderer::fill(GLuint program, const PixelRect& rect) {
   gl_.DrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-/// Sky, and ground but for a part of it. They lie side by side in whole pixels, so that no pixel is
-/// shaded twice.
+/// Draws the sky, and the ground outside a region. Regions meet at whole pixels, so that no pixel
+/// is shaded twice.
 void GlRenderer::fill_backdrop(const PixelRect& n) {
   const int width = options_.width, height = options_.height, row = frame_.ground_row;
   fill(sky_, {0, 0, width, row});
@@ -164,8 +165,8 @@ BackdropKey backdrop_key(const Frame& frame, int width, int height) {
   return key;
 }
 
-/// Where the camera has not moved since the last picture, all but the ground near bodies is copied:
-/// on a processor that takes a tenth of the time.
+/// If the camera has not moved, everything except the ground near bodies is copied from the last
+/// picture: in software this takes a tenth of the time.
 void GlRenderer::draw_backdrop() {
   const BackdropKey key = backdrop_key(frame_, options_.width, options_.height);
   const bool is_still = key == backdrop_key_;

@@ -14,10 +14,10 @@ struct Occluder {
   float x, z, height, radius;
 };
 
-/// How open the ground is to the sky at each texel, 0..1.
+/// Sky visibility of the ground at each texel, 0..1.
 struct Openness {
   Grid grid;
-  float spread;  // m; what is smaller fades and does not flicker
+  float spread;  // m; smaller occluders are blurred and do not flicker
   std::vector<float> open = std::vector<float>(kShadeSize * kShadeSize, 1.f);
 
   void darken_around(const Occluder& ball);

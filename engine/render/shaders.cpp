@@ -174,8 +174,8 @@ void main() {
 }
 )";
 
-// The four colours of the tiles come from the same lighting as the solids; they are mixed as
-// squares of display values, which is nearly linear light, and so cost one square root here.
+// The four tile colours use the same lighting as the solids. They are mixed as squares of display
+// values, which is nearly linear light and needs only one square root here.
 const char* const kGroundFragment = R"(
 out vec4 shown;
 #ifdef NEAR
@@ -235,7 +235,7 @@ void main() {
 )";
 
 // form.w 0: a glyph, `inside` in the atlas. 1: a rounded box of half size form.xy and radius
-// form.z, `inside` from its middle in pixels; a line is such a box turned.
+// form.z, `inside` in pixels from its centre; a line is a rotated box.
 const char* const kOverlayFragment = R"(
 in vec2 inside;
 flat in vec4 shape;

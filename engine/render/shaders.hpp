@@ -1,5 +1,5 @@
 #pragma once
-/// The programs that run on the card, and how they are compiled.
+/// Shader programs, and their compilation.
 #include <string>
 
 #include "engine/base/result.hpp"
@@ -7,7 +7,7 @@
 
 namespace pantin::detail {
 
-/// Sources without their line `version`; `kFrameSource` goes before each.
+/// Sources without the `version` line; `kFrameSource` is put before each.
 extern const char* const kFrameSource;
 extern const char* const kSolidVertex;
 extern const char* const kRibbonVertex;
@@ -20,7 +20,8 @@ extern const char* const kMergeFragment;
 extern const char* const kOverlayVertex;
 extern const char* const kOverlayFragment;
 
-/// Compiles and links; `defines` are lines put before both. The error quotes the driver's log.
+/// Compiles and links; `defines` are lines put before both shaders. The error quotes the driver's
+/// log.
 Result<GLuint> make_program(const Gl& gl, const std::string& defines, const char* vertex,
                             const char* fragment);
 

@@ -1,11 +1,11 @@
-// Marks of joints of surfaces: where they touch, the tangent plane, and where the contact went.
+// Marks of surface joints: contact points, the tangent plane, and the trail of the contact.
 #include "engine/base/rotation.hpp"
 #include "engine/render/marks.hpp"
 
 namespace pantin::detail {
 namespace {
 
-constexpr Real kPlane = 0.3;  // of the smaller surface: half the side of the plane that is drawn
+constexpr Real kPlane = 0.3;  // half the side of the drawn plane, relative to the smaller surface
 
 Real size_of(const ContactSurface& s) {
   return s.skin ? s.skin->size() : (s.curve ? s.curve->size() : 1);

@@ -19,7 +19,7 @@ std::uint32_t add_vertex(SurfaceMesh& to, Vec3 corner, Vec3 normal) {
   return static_cast<std::uint32_t>(to.vertices.size() - 1);
 }
 
-/// The normal of a shape's surface beside a corner of a face, within the face.
+/// The normal of a smooth shape near a corner of a face, taken within the face.
 Vec3 smooth_normal(const Shape& shape, Vec3 corner, Vec3 middle, Vec3 normal) {
   constexpr Real kInwards = 0.01, kAbove = 1e-4;
   const Vec3 at = corner + kInwards * (middle - corner);
@@ -27,7 +27,7 @@ Vec3 smooth_normal(const Shape& shape, Vec3 corner, Vec3 middle, Vec3 normal) {
   return near ? near->normal : normal;
 }
 
-/// With the faces' own normals, or with those of the shape that they stand for.
+/// With the faces' own normals, or with those of the shape that they approximate.
 void add_faces(const Surface& surface, const Shape* smooth, SurfaceMesh& to) {
   for (const Face& face : surface.faces) {
     const auto first = static_cast<std::uint32_t>(to.vertices.size());
@@ -44,7 +44,7 @@ void add_faces(const Surface& surface, const Shape* smooth, SurfaceMesh& to) {
   }
 }
 
-/// The triangles of a height field, cut as triangle_of() cuts them.
+/// The triangles of a height field, split as in triangle_of().
 std::vector<std::uint32_t> ground_triangles(const Surface& field) {
   std::vector<std::uint32_t> corners;
   for (std::uint32_t row = 0; row + 1 < field.rows; ++row) {
@@ -56,8 +56,8 @@ std::vector<std::uint32_t> ground_triangles(const Surface& field) {
   return corners;
 }
 
-/// A wall under a piece of the border, from one point to the next: the border runs clockwise seen
-/// from above.
+/// A wall below a border segment, from one point to the next; the border runs clockwise seen from
+/// above.
 void add_wall(const Surface& field, std::uint32_t from, std::uint32_t next, SurfaceMesh& to) {
   const Vec3 a = field.points[from], b = field.points[next];
   const Real bottom = field.low.y - rim_of(field);
@@ -75,7 +75,7 @@ void add_ground(const Surface& field, SurfaceMesh& to) {
   for (std::size_t i = 0; i + 2 < to.indices.size(); i += 3) {
     const std::uint32_t* t = &to.indices[i];
     const Vec3 a = field.points[t[0]], b = field.points[t[1]], c = field.points[t[2]];
-    const Vec3 wide = glm::cross(b - a, c - a);  // large triangles weigh more
+    const Vec3 wide = glm::cross(b - a, c - a);  // area-weighted
     for (int k = 0; k < 3; ++k) normals[t[k]] += wide;
   }
   for (std::size_t i = 0; i < field.points.size(); ++i) {
@@ -98,7 +98,7 @@ void add_ground(const Surface& field, SurfaceMesh& to) {
 
 namespace {
 
-/// Of a closed skin the outer side; an open one is seen from both.
+/// Single-sided if the skin is closed, else double-sided.
 void add_skin(const SkinModel& model, SurfaceMesh& to) {
   const nurbs::Tessellation& t = model.tiles;
   for (std::size_t i = 0; i < t.points.size(); ++i) add_vertex(to, t.points[i], t.normals[i]);
@@ -115,7 +115,7 @@ void add_triangle(Surface& to, const std::array<std::uint32_t, 3>& corners) {
   const Vec3 a = to.points[corners[0]], b = to.points[corners[1]], c = to.points[corners[2]];
   const Vec3 wide = glm::cross(b - a, c - a);
   const Real area = glm::length(wide), size = glm::length(to.high - to.low);
-  if (!(area > 1e-12 * size * size)) return;  // directions that lead to one point
+  if (!(area > 1e-12 * size * size)) return;  // parameters that map to one point
   const Vec3 normal = wide / area;
   to.faces.push_back(
       {static_cast<std::uint32_t>(to.corners.size()), 3, normal, glm::dot(normal, a)});
@@ -126,7 +126,8 @@ void add_triangle(Surface& to, const std::array<std::uint32_t, 3>& corners) {
 
 std::shared_ptr<const Surface> tessellate(const Shape& shape) {
   constexpr std::uint32_t kAround = 48,
-                          kRows = 25;  // odd: no row looks level, where sides are seen
+                          kRows = 25;  // odd: no row of directions is horizontal, where straight
+                                       // sides are ambiguous
   const auto support = traits_of(shape.kind).support;
   if (!support) return nullptr;
   const Aabb box = bounds_of(shape, Pose{});

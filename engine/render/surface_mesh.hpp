@@ -1,5 +1,5 @@
 #pragma once
-/// Triangles of hulls, meshes, height fields and skins, as the card draws them.
+/// Triangles of hulls, meshes, height fields and skins, in the format of the GPU.
 #include "engine/geometry/shape.hpp"
 #include "engine/geometry/surface.hpp"
 #include "engine/render/meshes.hpp"
@@ -13,15 +13,14 @@ struct SurfaceMesh {
   std::vector<std::uint32_t> indices;  // triangles, counter-clockwise seen from outside
 };
 
-/// Hulls and meshes get flat faces, what stands for a `smooth` shape that shape's normals; height
-/// fields are shaded smoothly and stand on a rim, so that they look solid from the side.
+/// Hulls and meshes get flat faces; approximations of a `smooth` shape get its normals. Height
+/// fields are shaded smoothly and have a rim, so that they look solid from the side.
 SurfaceMesh make_surface_mesh(const Surface& surface, const Shape* smooth = nullptr);
 
-/// Triangles that stand for a convex shape that is known by its support function; null if it is
-/// flat.
+/// Triangles that approximate a convex shape given by its support function; null if it is flat.
 std::shared_ptr<const Surface> tessellate(const Shape& shape);
 
-/// How far the rim of a height field reaches below its lowest point, m.
+/// The depth of a height field's rim below its lowest point, m.
 Real rim_of(const Surface& height_field);
 
 }  // namespace pantin::detail

@@ -1,5 +1,5 @@
 #pragma once
-/// The card's copies of surfaces: made when first drawn, kept as long as anybody else holds them.
+/// GPU copies of surfaces: created when first drawn, kept as long as others hold the surface.
 #include <memory>
 #include <unordered_map>
 
@@ -10,7 +10,7 @@
 namespace pantin::detail {
 
 /// A vertex array of positions, normals (attributes 0 and 1) and triangles. Attributes 2 to 5 are
-/// on and advance once an instance; the caller points them at its instances.
+/// enabled and advance per instance; the caller binds them to its instances.
 struct StoredSurface {
   GLuint array = 0, vertices = 0, triangles = 0;
   GLsizei count = 0;  // indices, 32 bits each
@@ -22,16 +22,16 @@ class SurfaceStore {
   SurfaceStore(const SurfaceStore&) = delete;
   SurfaceStore& operator=(const SurfaceStore&) = delete;
 
-  /// The copy of a surface, with the normals of the shape that it stands for, if any; the context
-  /// is current. Binds other buffers and arrays.
+  /// The copy of a surface, with the normals of the shape that it approximates, if any. The context
+  /// is current. Changes buffer and array bindings.
   const StoredSurface& stored(const std::shared_ptr<const Surface>& surface,
                               const Shape* smooth = nullptr);
-  /// Lets go of surfaces that nobody else holds.
+  /// Releases surfaces that nobody else holds.
   void forget_unused();
 
  private:
   struct Entry {
-    std::shared_ptr<const Surface> surface;  // held: its address names it
+    std::shared_ptr<const Surface> surface;  // owned, because its address is the key
     StoredSurface stored;
   };
   StoredSurface store(const Surface& surface, const Shape* smooth) const;

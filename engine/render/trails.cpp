@@ -4,7 +4,7 @@ namespace pantin::detail {
 namespace {
 
 constexpr std::size_t kMostPoints = 4000;
-// Of a surface's size: points nearer than this are one; farther than this a contact leapt.
+// Relative to a surface's size: closer points are merged; a larger step is a jump of the contact.
 constexpr Real kStep = 2e-3, kLeap = 0.25;
 
 Real size_of(const ContactSurface& s) {

@@ -1,5 +1,5 @@
 #pragma once
-/// The ways that contacts of surfaces went over both bodies, kept while a scene runs.
+/// The paths of surface contacts on both bodies, recorded while a scene runs.
 #include <map>
 #include <utility>
 #include <vector>
@@ -10,19 +10,19 @@ namespace pantin::detail {
 
 class ContactTrails {
  public:
-  /// Notes where the surfaces touch now; after each step.
+  /// Records the present contact points; call it after each step.
   void record(const World& world);
-  /// For Overlay::trails: of each place that on a, then that on b.
+  /// For Overlay::trails: for each contact point, the trail on a, then that on b.
   const std::vector<Overlay::Trail>& trails() const { return trails_; }
 
  private:
-  /// Of a surface of this size.
+  /// `size` is that of the surface.
   void add(std::size_t trail, Vec3 point, Real size);
 
-  // By index of the joint's entity and place: where its pair of trails begins.
+  // By index of the joint's entity and contact point: index of its pair of trails.
   std::map<std::pair<std::uint32_t, std::size_t>, std::size_t> places_;
   std::vector<Overlay::Trail> trails_;
-  std::vector<char> apart_;  // since the last point; by trail
+  std::vector<char> apart_;  // the contact was open since the last point; by trail
 };
 
 }  // namespace pantin::detail

@@ -8,17 +8,17 @@
 namespace pantin::detail {
 namespace {
 
-constexpr Real kAtStop = 1e-3;  // rad, within which a joint stands at its stop
+constexpr Real kAtStop = 1e-3;  // rad, distance from a stop at which it counts as reached
 constexpr int kRimPoints = 40;
 
 const Vec3 kX{1, 0, 0}, kY{0, 1, 0}, kZ{0, 0, 1};
 
-/// One joint that is being marked.
+/// The joint that is being marked.
 struct Marked {
   const Joint& joint;
   Vec3 at{0};     // world
   Quat a, b;      // its axes in each body, to the world
-  Quat turn;      // b's in a's
+  Quat turn;      // b's axes in a's
   Real size = 0;  // m
 };
 
@@ -34,21 +34,21 @@ bool is_at_stop(const AngleLimit& limit, Real angle) {
 
 bool is_at_stop(const SwingLimit& limit, Vec3 swing) {
   if (!limit.on || is_locked(limit)) return false;
-  // A little more swing would be drawn back.
+  // At the stop if slightly more swing would be clamped.
   const Real size = glm::length(swing);
   if (size <= 0) return false;
   Vec3 more = swing * (1 + kAtStop / size);
-  if (limit.y <= 0) more.y = 0;  // locked this way: it always stands at that stop
+  if (limit.y <= 0) more.y = 0;  // locked in this direction: always at that stop
   if (limit.z <= 0) more.z = 0;
   return glm::length(clamped(limit, more) - more) > 0;
 }
 
-/// The colour of a range, by the angle or the swing that the joint has.
+/// The colour of a range, by the present angle or swing.
 Vec3 range_colour(const auto& limit, const auto& turned) {
   return is_at_stop(limit, turned) ? ink::kWarning : ink::kRange;
 }
 
-/// A sector from the lowest to the highest angle, with a line where the joint is.
+/// A sector from the lowest to the highest angle, with a line at the present angle.
 void add_sector(Pen& pen, const Arc& whole, const AngleLimit& limit, Real angle) {
   const Vec3 colour = range_colour(limit, angle);
   const auto way = [&](Real turned) {
@@ -71,7 +71,8 @@ void add_axis(Pen& pen, const Marked& m, Vec3 axis) {
 
 void add_lock(Pen& pen, const Marked& m) { pen.square(m.at, 2.6 * pen.fine(), ink::kLocked); }
 
-/// Across `axis`, towards the middle of body b, so that a sector's line lies along the limb.
+/// The direction across `axis` towards the middle of body b, so that a sector's line follows the
+/// limb.
 Vec3 limb_across(const Marked& m, Vec3 axis) {
   const Vec3 limb = glm::conjugate(m.joint.frames.b()) * -m.joint.anchor_b;
   const Vec3 across = limb - glm::dot(limb, axis) * axis;
@@ -99,7 +100,7 @@ void add_two_angles(Pen& pen, const Marked& m) {
                angles.second);
 }
 
-/// The cone that b's x axis may point into, b's x axis, and that of a as a thin line.
+/// The cone that limits b's x axis, that axis, and a's x axis as a thin line.
 void add_cone(Pen& pen, const Marked& m, Vec3 swing) {
   const SwingLimit& limit = m.joint.limits->swing;
   const Vec3 colour = range_colour(limit, swing);
@@ -118,7 +119,7 @@ void add_cone(Pen& pen, const Marked& m, Vec3 swing) {
   pen.dot(tip, 2.4 * pen.fine(), colour);
 }
 
-/// An arc about the end of b's x axis, with a line where the twist is.
+/// An arc about the end of b's x axis, with a line at the present twist.
 void add_twist(Pen& pen, const Marked& m, const SwingTwist& at) {
   const AngleLimit& limit = m.joint.limits->angle;
   const Vec3 axis = m.b * kX, middle = m.at + 1.2 * m.size * axis;
@@ -135,10 +136,10 @@ void add_twist(Pen& pen, const Marked& m, const SwingTwist& at) {
   pen.line(m.at, middle, pen.fine(), ink::kRange);
 }
 
-/// The line that a joint slides along, with a dash across each end of its travel, and b's anchor on
-/// it; in the warning colour where it is at a stop.
+/// The axis of translation, with a dash at each end of the travel, and b's anchor on it; in the
+/// warning colour at a stop.
 void add_slide(Pen& pen, const Marked& m, Vec3 other) {
-  constexpr Real kNear = 1e-3;  // part of the mark's size
+  constexpr Real kNear = 1e-3;  // relative to the mark's size
   const Vec3 axis = m.a * kX, side = 0.15 * m.size * (m.a * kY);
   const AngleLimit& travel = m.joint.parameters->travel;
   const Real along = glm::dot(other - m.at, axis);
