@@ -19,11 +19,12 @@ namespace {
 
 constexpr double kNear = 12;              // pixels
 constexpr std::size_t kMostBalls = 30;    // at once
-constexpr std::size_t kMostForces = 600;  // joints; asking takes time square in a chain's length
+constexpr std::size_t kMostForces = 600;  // joints; reading reactions is quadratic in a chain's
+                                          // length
 constexpr const char* kBall = "shot ball";
 constexpr std::uint32_t kBallGroup = 1u << 31;
 
-/// The nearest to a pixel of all that was offered.
+/// The candidate nearest to a pixel.
 struct Nearest {
   const SeenPixel& mouse;
   Entity found = {};
@@ -49,7 +50,7 @@ void offer_cables(const PosedWorld& scene, Nearest& nearest) {
   }
 }
 
-/// The joint of a body nearest to a point of it.
+/// The joint of a body that is nearest to a given point.
 Entity joint_at(const PosedWorld& scene, const Picked& picked) {
   Entity found;
   Real best = 1e300;
@@ -74,7 +75,7 @@ std::vector<Entity> balls_of(const World& world) {
   return balls;
 }
 
-/// A body without contacts gets some, with balls only.
+/// Lets bodies without contacts collide with balls only.
 void let_balls_hit(World& world) {
   const std::vector<Entity> bodies(world.bodies.owners().begin(), world.bodies.owners().end());
   for (Entity e : bodies)
@@ -82,7 +83,7 @@ void let_balls_hit(World& world) {
       world.collisions.add(e, Collision{.groups = kBallGroup, .with = kBallGroup});
 }
 
-/// What contacts press a body with, N, and how many.
+/// The sum of contact forces on a body, N, and the number of contacts.
 std::pair<Vec3, int> contact_of(const World& world, Entity body) {
   const std::uint32_t slot = world.bodies.slot(body);
   Vec3 force{0};

@@ -19,7 +19,7 @@ namespace {
 constexpr double kSlowest = 1.0 / 16, kFastest = 4;
 constexpr double kMessageTime = 3, kTroubleTime = 20;  // s
 constexpr std::size_t kMostNotes = 20;
-constexpr double kBallReach = 40;  // distances of the camera; farther away balls are let go
+constexpr double kBallReach = 40;  // camera distances; balls beyond are removed
 
 const char* const kHelp[] = {
     "left: drag exactly   right or shift: by a spring   on nothing, or alt: turn, move the camera",
@@ -44,14 +44,14 @@ Desk::Desk(Scene scene, DeskChoices choices)
   look();
 }
 
-/// Where the scene wants the camera.
+/// The initial camera of the scene.
 Camera Desk::home_camera() const {
   const View& view = scene_.view;
   if (!view.camera.automatic) return view.camera;
   return framing_camera(panes[0]->world(), view, static_cast<Real>(pane_width()) / height_);
 }
 
-/// Takes a scene over; the camera stays.
+/// Takes over a scene; the camera is unchanged.
 void Desk::begin(Scene scene) {
   scene_ = std::move(scene);
   how_ = {scene_.step, scene_.substeps, choices_.threads, false, true};
@@ -63,14 +63,14 @@ void Desk::begin(Scene scene) {
   start_panes();
 }
 
-/// The scene's own file and those that it names.
+/// The scene's own file, and those that it names.
 void Desk::watch_files() {
   std::vector<std::string> files{choices_.path};
   files.insert(files.end(), scene_.files.begin(), scene_.files.end());
   watch_.start(files);
 }
 
-/// The scene as it was read, with the solvers and knobs chosen since.
+/// Starts panes with the scene as read, and the solvers and knobs chosen since.
 void Desk::start_panes() {
   grip_ = Grip::none;
   for (const auto& pane : panes) {
@@ -112,7 +112,7 @@ void Desk::single_step() {
   stale = true;
 }
 
-/// A step that is not to be gone on from: pauses, and stays to be seen in red.
+/// A step after which the run cannot continue: pauses, and shows the reason in red.
 void Desk::notice(Pane& pane, const StepReport& step) {
   const auto trouble = pane.trouble(step);
   if (!trouble) return;
@@ -180,7 +180,7 @@ void Desk::watch() {
   if (!is_trouble) print_error(message);
 }
 
-void Desk::open(std::string path) {  // by value: the list it stands in is made anew
+void Desk::open(std::string path) {  // by value: the list that contains it is rebuilt
   auto loaded = choices_.load(path);
   if (!loaded) {
     for (const Error& e : loaded.errors()) print_error(e.message);
@@ -210,7 +210,7 @@ void Desk::leaf(int by) {
   leaf_ = static_cast<std::size_t>((static_cast<int>(leaf_) + by + count) % count);
   const std::size_t to = leaf_;
   open(scenes_[to]);
-  leaf_ = to;  // goes on behind one that cannot be read
+  leaf_ = to;  // moves on past files that cannot be read
 }
 
 void Desk::choose(Solver solver, std::size_t pane) {
@@ -219,7 +219,7 @@ void Desk::choose(Solver solver, std::size_t pane) {
   stale = true;
 }
 
-/// A second pane begins with the first solver that is not the one at work and can move the scene.
+/// The solver of a second pane: the first that differs from the present one and can move the scene.
 Solver Desk::another() const {
   for (const Solver solver : {Solver::sweep, Solver::lagrangian})
     if (panes[0]->solver() != pantin::name_of(solver) && !panes[0]->why_not(solver)) return solver;
@@ -235,7 +235,7 @@ void Desk::compare(std::optional<Solver> solver) {
   }
   if (panes.size() < 2) panes.push_back(std::make_unique<Pane>());
   const World now = panes[0]->world();
-  panes[0]->start(now, how_);  // both clocks from the same beat
+  panes[0]->start(now, how_);  // synchronises both clocks
   panes[1]->chosen = std::nullopt;
   panes[1]->start(now, how_);
   if (const auto why = panes[1]->choose(*solver)) tell(*why);
@@ -257,7 +257,7 @@ bool Desk::turn(const std::string& name, double value) {
   return true;
 }
 
-/// A line for the picture and for the report.
+/// A message for the picture and the report.
 void Desk::tell(std::string line) {
   if (notes.size() < kMostNotes)
     notes.push_back(fmt::format("{:.3f} s: {}", panes[0]->world().time, line));
@@ -265,7 +265,7 @@ void Desk::tell(std::string line) {
   stale = true;
 }
 
-/// What the panel tells as well is left out beside it, so that less of the picture is covered.
+/// Omits what the panel shows, to cover less of the picture.
 std::vector<std::string> Desk::labels(std::size_t index) const {
   const Pane& pane = *panes[index];
   const World& world = pane.world();

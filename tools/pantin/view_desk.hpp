@@ -1,5 +1,5 @@
 #pragma once
-// The viewer without a window: what it shows and what keys, the mouse and the panel do to it.
+// The viewer without its window: its state, and the effect of keys, mouse and panel.
 #include <algorithm>
 #include <array>
 #include <functional>
@@ -21,7 +21,7 @@ namespace pantin::program {
 
 using namespace detail;
 
-/// Names of the keys that mean something, as scripts spell them.
+/// Names of the keys in use, as in scripts.
 inline constexpr std::string_view kKeys[]{
     "space", ".",    "[",     "]",  "1",    "2",       "3",         "4", "5", "o",     "r",   "s",
     "h",     "q",    "w",     "f",  "l",    "x",       "p",         "b", "c", "v",     "tab", "f5",
@@ -43,17 +43,17 @@ enum class MouseButton : std::uint8_t { left, middle, right };
 struct KeysHeld {
   bool shift = false, alt = false;
 };
-/// What a press of the left button does.
+/// The action of the left button.
 enum class Tool : std::uint8_t { drag, cut, pin, ball };
 inline constexpr const char* kTools[]{"drag", "cut", "pin", "ball"};
 
-/// Reads a scene file anew; errors are whole lines.
+/// Reads a scene file again; errors are whole lines.
 using SceneLoader = std::function<Result<Scene>(const std::string& path)>;
 
 struct DeskChoices {
   std::string path;  // of the scene
   SceneLoader load;
-  int width = 1280, height = 720;  // of the picture, pixels, the panel not included
+  int width = 1280, height = 720;  // of the picture, pixels, without the panel
   int threads = 1;
   std::optional<Solver> beside;  // a second pane from the start
 };
@@ -63,13 +63,13 @@ class Desk {
   Desk(Scene scene, DeskChoices choices);
 
   // Time.
-  /// Lets wall time pass, at most `most` steps in each pane.
+  /// Advances by wall time, at most `most` steps in each pane.
   void advance(double wall, int most);
   void single_step();
   void restart();
   void faster(double times);
 
-  // The user's hands. Places are pixels of the picture.
+  // User input, in pixels of the picture.
   void press(MouseButton button, double x, double y);
   void release(MouseButton button, double x, double y);
   void move(double x, double y);
@@ -78,12 +78,12 @@ class Desk {
   void hold(KeysHeld keys) { held_ = keys; }
   /// The mouse has left the picture.
   void leave() { has_mouse_ = false; }
-  /// Looks again at what is under the mouse.
+  /// Updates the body under the mouse.
   void look_under_mouse();
 
-  // What is seen.
+  // Display.
   void resize(int width, int height);
-  /// The pane that the mouse is in, or was in last.
+  /// The pane with the mouse, or that which had it last.
   const Pane& pane_at_mouse() const { return *panes[pane_]; }
   int pane_width() const { return std::max(1, width_ / static_cast<int>(panes.size())); }
   int width() const { return width_; }
@@ -96,23 +96,23 @@ class Desk {
   // The scene.
   const Scene& scene() const { return scene_; }
   const std::string& path() const { return choices_.path; }
-  /// Reads the file anew if it, or a mesh that it names, was written since the last call.
+  /// Reads the scene again if its file, or a mesh that it names, has changed since the last call.
   void watch();
   void reload() { open(choices_.path); }
-  /// Shows another file, or the same anew; where that cannot be, the scene stays and says why.
+  /// Opens another file, or the same again; on failure the scene stays, and the reason is shown.
   void open(std::string path);
   const std::vector<std::string>& scenes() const { return scenes_; }
   void leaf(int by);
   void choose(Solver solver, std::size_t pane);
-  /// A second pane that goes on from here by another solver.
+  /// Opens a second pane that continues from the present state with another solver.
   void compare(std::optional<Solver> solver);
   std::vector<Knob> knobs() const;
   bool turn(const std::string& name, double value);
   void use(Tool tool, double x, double y);
 
-  /// A line for the picture and for the report.
+  /// Shows a message in the picture and the report.
   void tell(std::string line);
-  /// Lines over the picture of a pane.
+  /// The text lines over a pane's picture.
   std::vector<std::string> labels(std::size_t pane) const;
 
   std::vector<std::unique_ptr<Pane>> panes;  // one or two
@@ -121,13 +121,14 @@ class Desk {
   double speed = 1;
   bool paused = false, overlay = false, forces = false, wireframe = false, help = true;
   bool panel = false;
-  bool quits = false, wants_picture = false, wants_film = false;  // for whoever owns the window
+  bool quits = false, wants_picture = false, wants_film = false;  // requests to the owner of the
+                                                                  // window
   bool stale = true;                                              // the picture is out of date
-  Entity under;           // the body under the mouse or, with none there, the last one
-  bool is_under = false;  // it is there now
+  Entity under;           // the body under the mouse, or the last one if there is none
+  bool is_under = false;  // it is under the mouse now
   Entity followed;
   std::string message;
-  bool is_trouble = false;    // the message tells of something that went wrong
+  bool is_trouble = false;    // the message reports a failure
   double message_left = 0;    // s, wall
   std::string status = "ok";  // of the session: ok, diverged, energy_grew
   int restarts = 0;
@@ -135,7 +136,7 @@ class Desk {
 
  private:
   enum class Grip : std::uint8_t { none, body, turn, pan };
-  /// Where a press was.
+  /// The position of a press.
   struct Place {
     std::size_t pane;
     SeenPixel pixel;
@@ -161,20 +162,21 @@ class Desk {
   Scene scene_;
   DeskChoices choices_;
   std::vector<std::string> scenes_;
-  std::size_t leaf_ = 0;  // of scenes_, where leafing has come to
+  std::size_t leaf_ = 0;  // index in scenes_
   FileWatch watch_;
   Orbit orbit_;
   Eye eye_;
   StepSettings how_;
-  std::vector<std::pair<std::string, double>> turned_;  // knobs, until the file is read anew
+  std::vector<std::pair<std::string, double>> turned_;  // changed knobs, until the file is read
+                                                        // again
   int width_, height_;
   double mouse_x_ = 0, mouse_y_ = 0;
-  double moved_ = 0;  // pixels since the press
+  double moved_ = 0;  // pixels since the button was pressed
   bool has_mouse_ = false;
   KeysHeld held_;
   Grip grip_ = Grip::none;
   MouseButton button_ = MouseButton::left;
-  std::size_t pane_ = 0;  // in which the button was pressed
+  std::size_t pane_ = 0;  // the pane in which the button was pressed
 };
 
 }  // namespace pantin::program

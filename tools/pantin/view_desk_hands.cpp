@@ -1,4 +1,4 @@
-// What the user's hands do: the mouse and the keys.
+// User input: the mouse and the keys.
 #include "tools/pantin/view_desk.hpp"
 
 #ifdef PANTIN_HAS_VIEW
@@ -13,9 +13,9 @@ using namespace detail;
 
 namespace {
 
-constexpr double kClick = 3;         // pixels: what moves less was no drag
-constexpr double kKeyTurn = 40;      // pixels of the mouse that an arrow key stands for
-constexpr double kPixelsAcross = 8;  // a click of a sideways wheel likewise
+constexpr double kClick = 3;         // pixels: a shorter motion is a click, not a drag
+constexpr double kKeyTurn = 40;      // pixels of mouse motion per arrow key
+constexpr double kPixelsAcross = 8;  // pixels per click of a sideways wheel
 
 }  // namespace
 
@@ -52,7 +52,7 @@ void Desk::press(MouseButton button, double x, double y) {
   if (take(*picked, at, pans ? PinKind::spring : PinKind::exact)) grip_ = Grip::body;
 }
 
-/// The same body in both panes.
+/// Grabs the same body in both panes.
 bool Desk::take(const Picked& picked, const Place& at, PinKind grip) {
   for (const auto& pane : panes) {
     const Body* body = pane->world().bodies.find(picked.body);
@@ -74,7 +74,7 @@ void Desk::release(MouseButton button, double x, double y) {
   if (button != button_ || grip_ == Grip::none) return;
   move(x, y);
   if (grip_ == Grip::body)
-    help = false;  // they know how, and the lines cover the picture
+    help = false;  // no longer needed, and it covers the picture
   else if (button != MouseButton::middle && !held_.alt && moved_ < kClick)
     if (!pick(panes[pane_]->scene(), place(x, y).pixel))
       tell(fmt::format("no body at {:.0f}, {:.0f}", x, y));
@@ -140,7 +140,7 @@ void Desk::key(std::string_view name) {
   camera_key(name);
 }
 
-/// Keys that change what is drawn only.
+/// Keys that change only the display.
 bool Desk::looks_key(std::string_view name) {
   bool* const what = name == "o"     ? &overlay
                      : name == "f"   ? &forces

@@ -1,4 +1,4 @@
-// Events of the window, and those of a script that stand for them.
+// Events of the window, and simulated events of a script.
 #ifdef PANTIN_HAS_VIEW
 #include <fmt/core.h>
 
@@ -26,13 +26,13 @@ static_assert(std::size(kKeyCodes) == std::size(kKeys));
 constexpr std::uint8_t kButtonCodes[]{SDL_BUTTON_LEFT, SDL_BUTTON_MIDDLE, SDL_BUTTON_RIGHT};
 static_assert(std::size(kButtonCodes) == std::size(kButtons));
 
-/// The same key by another code: keypads, and a plus that is a shifted equals sign.
+/// Maps equivalent keys: keypads, and a plus as shifted equals sign.
 SDL_Keycode usual(SDL_Keycode key) {
   if (key == SDLK_KP_PLUS || key == SDLK_EQUALS) return SDLK_PLUS;
   return key == SDLK_KP_MINUS ? SDLK_MINUS : key;
 }
 
-/// Keys that go on while they are kept down.
+/// Keys that repeat while held down.
 bool repeats(std::string_view name) {
   for (const char* one : {".", "left", "right", "up", "down", "+", "-"})
     if (name == one) return true;
@@ -117,7 +117,7 @@ void Session::move_script_mouse(const ScriptEvent& event) {
   script_x_ = std::floor(at.x), script_y_ = std::floor(at.y);
 }
 
-/// What no user could do by one event of the window is done at once.
+/// Events that no single user action produces are carried out directly.
 void Session::play(const ScriptEvent& event) {
   if (event.act == Act::knob && !desk_.turn(event.name, event.x))
     desk_.tell("there is no knob " + event.name);
@@ -127,7 +127,7 @@ void Session::play(const ScriptEvent& event) {
   if (event.act != Act::knob && event.act != Act::open && event.act != Act::resize) push(event);
 }
 
-/// Puts an event into SDL's own queue, where a user's would arrive.
+/// Puts an event into SDL's queue, as user input would be.
 void Session::push(const ScriptEvent& event) {
   if (event.act <= Act::mouse_up) move_script_mouse(event);
   const int x = static_cast<int>(std::lround(script_x_));

@@ -39,7 +39,7 @@ bool FileWatch::changed() {
 
 namespace {
 
-/// A schema is no scene, though scenes made by `pantin new` lie beside one.
+/// Excludes schemas, which `pantin new` writes beside scenes.
 bool is_scene_file(const fs::path& name) {
   const std::string ending = name.extension().string();
   if (ending != ".json" && ending != ".json5" && ending != ".jsonc") return false;

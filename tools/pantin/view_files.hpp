@@ -1,18 +1,18 @@
 #pragma once
-// The files around a viewer: the scene that it shows, its neighbours.
+// Files of the viewer: its scene, and the other scenes in its folder.
 #include <filesystem>
 #include <string>
 #include <vector>
 
 namespace pantin::program {
 
-/// Tells when one of several files has been written anew.
+/// Detects changes of several files.
 class FileWatch {
  public:
-  /// From now on; what the files are like at present is known.
+  /// Starts watching; the present state counts as known.
   void start(const std::vector<std::string>& paths);
-  /// Once for each change, when the file has stayed the same between two calls: editors write in
-  /// pieces. A file that is away is waited for.
+  /// Reports each change once, as soon as the file is unchanged between two calls, because editors
+  /// write in pieces. A missing file is waited for.
   bool changed();
 
  private:
@@ -31,13 +31,13 @@ class FileWatch {
   std::vector<Watched> files_;
 };
 
-/// The scene files of a scene's folder, sorted by name, itself included.
+/// The scene files in the folder of a scene, itself included, sorted by name.
 std::vector<std::string> scenes_beside(const std::string& path);
 
-/// The place of `path` in a list of such files; the size of the list if it is not in it.
+/// The index of `path` in a list of such files; the size of the list if it is missing.
 std::size_t place_of(const std::string& path, const std::vector<std::string>& scenes);
 
-/// `stem_1.ext`, or the first number above `least` that is free in a folder.
+/// `stem_1.ext`, or the first free number above `least` in a folder.
 std::string free_name(const std::string& folder, const std::string& stem, const std::string& ext,
                       std::size_t least);
 

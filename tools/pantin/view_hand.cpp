@@ -12,12 +12,13 @@ using namespace detail;
 
 namespace {
 
-constexpr int kFirst = 1'000'000;    // priority: before every pin of a scene
-constexpr Real kFirmness = 400;      // 1/s^2: the weight of all stretches it by 25 mm
+constexpr int kFirst = 1'000'000;    // priority: above every pin of a scene
+constexpr Real kFirmness = 400;      // 1/s^2: the weight of the mass stretches it by 25 mm
 constexpr Real kLeastStiffness = 1;  // N/m
-constexpr Real kWayBack = 0.5;       // s, from the release of a kinematic body to its path
+constexpr Real kWayBack = 0.5;       // s, from the release of a kinematic body until it is back on
+                                     // its path
 
-/// Mass of all that hangs together with a body, kg.
+/// Mass of all bodies connected to a body, kg.
 Real mass_with(const World& world, Entity body) {
   for (const articulated::Island& a : articulated::islands_of(world)) {
     if (std::find(a.bodies.begin(), a.bodies.end(), body) == a.bodies.end()) continue;
@@ -28,7 +29,7 @@ Real mass_with(const World& world, Entity body) {
   return world.bodies[body].mass;
 }
 
-/// How far the worst held point but `pin` is from its place, m.
+/// The largest residual of all pins except `pin`, m.
 Real worst_hold_but(const World& world, Entity pin) {
   Real worst = 0;
   for (const articulated::Island& a : articulated::islands_of(world))
@@ -39,7 +40,7 @@ Real worst_hold_but(const World& world, Entity pin) {
   return worst;
 }
 
-/// Carries a body to a pose within `h` seconds.
+/// Moves a body to a pose within `h` seconds.
 void carry(Body& body, const Pose& to, Real h) {
   body.velocity = (to.position - body.pose.position) / h;
   body.angular_velocity = angular_velocity_between(body.pose.rotation, to.rotation, h);
@@ -57,7 +58,7 @@ void Hand::take(World& world, const Picked& picked, PinKind grip, const SeenPixe
   body_ = picked.body;
   const Body& body = world.bodies[body_];
   anchor_ = picked.anchor;
-  start_ = target_ = to_world(body.pose, anchor_);  // at most a step ahead of what was drawn
+  start_ = target_ = to_world(body.pose, anchor_);  // at most one step ahead of the drawn pose
   goal_ = picked.point;
   look_again(mouse);
   now_ = {world.name_of(body_), grip == PinKind::exact ? "exact" : "spring", world.time};
@@ -78,7 +79,7 @@ void Hand::take(World& world, const Picked& picked, PinKind grip, const SeenPixe
 void Hand::take_kinematic(World& world) {
   const auto known =
       std::find_if(away_.begin(), away_.end(), [this](const Away& a) { return a.body == body_; });
-  if (known != away_.end()) {  // caught again on its way back
+  if (known != away_.end()) {  // grabbed again during its return
     known->is_held = true;
     return;
   }
@@ -96,7 +97,7 @@ void Hand::move(const SeenPixel& mouse) {
 
 void Hand::look_again(const SeenPixel& mouse) {
   plane_ = goal_;
-  // A body caught beside the pixel is not to jump there.
+  // A body picked beside the pixel must not jump to it.
   offset_ = goal_ - on_plane(mouse, plane_);
 }
 

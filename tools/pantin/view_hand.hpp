@@ -1,5 +1,5 @@
 #pragma once
-// The hand of the viewer: what it has picked, where that is to go, and what came of it.
+// Dragging in the viewer: the picked body, its target, and the result.
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,51 +13,51 @@ using namespace detail;
 /// One drag, from the press of a button to its release.
 struct Drag {
   std::string body, grip;      // grip: exact, spring or kinematic
-  double at = 0, held = 0;     // s, simulated: when it began and how long it lasted
+  double at = 0, held = 0;     // s, simulated: start and duration
   double distance_moved = 0;   // m, of the picked point, from start to end
-  double residual = 0;         // m, of the picked point from its target at the end
+  double residual = 0;         // m, of the picked point to its target at the end
   double worst_residual = 0;   // m, after any step while held
-  double worst_elsewhere = 0;  // m, of any other held point while this one was held
+  double worst_elsewhere = 0;  // m, of any other pin while this one was held
   bool reachable = true;       // false: the links were too short at the end
 };
 
-/// Drags one body at a time. A dynamic body is held by a pin that goes before all others; a
-/// kinematic one is carried itself, its Drive taken away, and led back to its path after the
-/// release.
+/// Drags one body at a time. A dynamic body is held by a pin of the highest priority. A kinematic
+/// body is moved directly: its KinematicPath is removed, and restored with a smooth return after
+/// the release.
 class Hand {
  public:
   bool holds() const { return static_cast<bool>(body_); }
-  /// The drag at hand.
+  /// The present drag.
   const Drag& now() const { return now_; }
 
-  /// Picks. The point follows the pixel in the plane that faces the eye.
+  /// Picks a body. The point follows the pixel in the plane perpendicular to the view.
   void take(World& world, const Picked& picked, PinKind grip, const SeenPixel& mouse);
   /// The mouse moved.
   void move(const SeenPixel& mouse);
   /// The camera moved: the target stays where it is.
   void look_again(const SeenPixel& mouse);
-  /// The button is up.
+  /// The button was released.
   void let_go(World& world);
-  /// The World was replaced by one that this hand never touched.
+  /// The World was replaced by one without this drag.
   void forget();
 
-  /// What is due of the way to the target is spread over the next `parts` calls of before_part.
+  /// Spreads the remaining motion of the target over the next `parts` calls of before_part.
   void expect(int parts) { parts_left_ = parts; }
-  /// At Place::before_drive, once a substep of `h` seconds.
+  /// Called at Stage::before_drive, once per substep of `h` seconds.
   void before_part(World& world, Real h);
-  /// At Place::after_step.
+  /// Called at Stage::after_step.
   void after_step(const World& world);
 
-  /// Every drag that has ended.
+  /// All completed drags.
   const std::vector<Drag>& drags() const { return drags_; }
 
  private:
-  /// A kinematic body that is not on its path.
+  /// A kinematic body that has left its path.
   struct Away {
     Entity body;
     std::optional<KinematicPath> drive;
-    Pose left;       // where it was let go
-    Real since = 0;  // s, when
+    Pose left;       // pose at the release
+    Real since = 0;  // s, time of the release
     bool is_held = true;
   };
   void take_kinematic(World& world);
@@ -66,9 +66,10 @@ class Hand {
 
   Entity body_, pin_;
   Vec3 anchor_{0};             // of the picked point, in the mass-centre frame
-  Vec3 target_{0}, goal_{0};   // world: for the step at hand, and where the mouse is
-  Vec3 plane_{0}, offset_{0};  // a point of the plane; from the mouse's point to the goal
-  Vec3 start_{0};              // where the picked point was
+  Vec3 target_{0}, goal_{0};   // world: for the present step, and of the mouse
+  Vec3 plane_{0}, offset_{0};  // a point of the drag plane; offset from the mouse's point to the
+                               // goal
+  Vec3 start_{0};              // initial position of the picked point
   int parts_left_ = 1;
   Drag now_;
   std::vector<Away> away_;

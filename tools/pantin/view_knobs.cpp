@@ -10,10 +10,10 @@ using namespace detail;
 
 namespace {
 
-constexpr std::size_t kMostMotors = 12;  // shown
+constexpr std::size_t kMostMotors = 12;  // shown in the panel
 constexpr std::string_view kMotor = "motor ";
 
-/// A number of SolverSettings.
+/// An entry of SolverSettings.
 struct SettingRow {
   const char *name, *unit;
   double low, high;
@@ -29,7 +29,7 @@ constexpr SettingRow kSettings[]{
 
 Real strength(Vec3 gravity) { return glm::length(gravity); }
 
-/// The way that gravity points where the knob is positive.
+/// The direction of gravity for positive values of the knob.
 Vec3 way_down(const World& start) {
   const Real g = strength(start.gravity);
   return g > 0 ? start.gravity / g : Vec3(0, -1, 0);
@@ -51,7 +51,7 @@ const JointMotor* motor_of(const World& world, Entity joint) {
   return own.translation.motor.kind != MotorKind::none ? &own.translation.motor : nullptr;
 }
 
-/// What the drives are now, as a multiple of what they were.
+/// The present strength of the drives relative to the initial one.
 double muscles_now(const World& world, const World& start) {
   for (std::size_t i = 0; i < start.joint_drives.size(); ++i) {
     const JointDrive& was = start.joint_drives.values()[i];

@@ -1,5 +1,5 @@
 #pragma once
-// The numbers of a running scene that may be turned: step, gravity, motors, muscles, settings.
+// Adjustable values of a running scene: step, gravity, motors, muscles, settings.
 #include <string>
 #include <vector>
 
@@ -9,10 +9,10 @@ namespace pantin::program {
 
 using namespace detail;
 
-/// Where a knob stands in the panel.
+/// The section of a knob in the panel.
 enum class KnobGroup : std::uint8_t { world, motors, solver };
 
-/// A number by its name. Motors are called "motor " and the name of their joint.
+/// A named value. A motor's name is "motor " and the name of its joint.
 struct Knob {
   std::string name, unit;
   KnobGroup group = KnobGroup::world;
@@ -20,17 +20,17 @@ struct Knob {
   bool is_whole = false, is_logarithmic = false;
 };
 
-/// What is set by a knob.
+/// The objects that a knob changes.
 struct Knobbed {
   World& world;
   StepSettings& how;
-  const World& start;  // the scene as it was read: "muscles" and "motors" are multiples of it
+  const World& start;  // the scene as read: the reference of "muscles" and "motors"
 };
 
-/// The knobs of a World, for the panel: of many motors the first few.
+/// The knobs of a World for the panel; of many motors the first few.
 std::vector<Knob> knobs_of(const World& world, const StepSettings& how, const World& start);
 
-/// Sets a knob to the nearest number that it takes. False if there is no such knob.
+/// Sets a knob to the nearest valid value. Returns false if there is no such knob.
 bool turn_knob(const Knobbed& of, const std::string& name, double value);
 
 }  // namespace pantin::program

@@ -19,13 +19,13 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kFrame = 1.0 / 60;      // s, of a script's frame; the least of a live one
-constexpr double kLongestFrame = 0.25;   // s of wall time that are caught up with
-constexpr double kStepBudget = 0.05;     // s of wall time that a live frame may spend on steps
+constexpr double kFrame = 1.0 / 60;      // s, of a scripted frame; minimum of a live one
+constexpr double kLongestFrame = 0.25;   // s of wall time, upper bound of catching up
+constexpr double kStepBudget = 0.05;     // s of wall time for the steps of a live frame
 constexpr double kFastest = 4;           // the highest speed
-constexpr double kAfterScript = 1;       // s that a run goes on after its last event
-constexpr double kWatch = 0.2;           // s between two looks at the scene's file
-constexpr std::uint64_t kLookEvery = 4;  // frames between two looks at what is under the mouse
+constexpr double kAfterScript = 1;       // s that a run continues after its last event
+constexpr double kWatch = 0.2;           // s between checks of the scene's file
+constexpr std::uint64_t kLookEvery = 4;  // frames between updates of the body under the mouse
 constexpr double kSlack = 1e-9;
 
 double seconds_between(Clock::time_point from, Clock::time_point to) {
@@ -38,7 +38,7 @@ GlPath gl_path(const std::string& name) {
   return name == "osmesa" ? GlPath::osmesa : GlPath::automatic;
 }
 
-/// How wide the picture is beside the panel.
+/// The width of the picture beside the panel.
 int picture_width(int window, int panel) {
   return panel > 0 && window >= panel + kLeastBeside ? window - panel : window;
 }
@@ -97,7 +97,7 @@ bool Session::open() {
   report_.driver = window_->driver();
   panel_ = Panel::make();
   desk_.panel = choices_.has_panel && panel_;
-  desk_.help = !desk_.panel;  // its lines cover the picture
+  desk_.help = !desk_.panel;  // the help covers the picture
   return true;
 }
 
@@ -113,7 +113,7 @@ SessionReport Session::run() {
 }
 
 void Session::finish() {
-  if (desk_.wants_picture) draw(), save();  // asked for and then left at once
+  if (desk_.wants_picture) draw(), save();  // requested just before quitting
   end_film();
   Pane& pane = *desk_.panes[0];
   for (const auto& each : desk_.panes) each->hand.let_go(each->world());
@@ -173,7 +173,7 @@ void Session::run_script() {
   }
 }
 
-/// A script takes all that are due, a live session what it has time for.
+/// A script takes all due steps, a live session as many as time permits.
 int Session::most_steps() const {
   if (choices_.is_scripted)
     return 1 + static_cast<int>(std::ceil(kFrame * kFastest / desk_.panes[0]->sim.settings.h));
@@ -182,7 +182,7 @@ int Session::most_steps() const {
   return cost > 0 ? static_cast<int>(std::clamp(kStepBudget / cost, 1.0, 1e4)) : 4;
 }
 
-/// The picture follows the window, and leaves room for the panel.
+/// Fits the picture to the window, beside the panel.
 void Session::fit_window() {
   window_->size(width_, height_);
   const int width = picture_width(width_, panel_ && desk_.panel ? kPanelWidth : 0);

@@ -1,5 +1,5 @@
 #pragma once
-// The session of a viewer: how it is to be shown, what it leaves behind.
+// Options and results of a viewer session.
 #include <string>
 #include <vector>
 
@@ -22,24 +22,24 @@ struct SessionChoices {
   DeskChoices desk;  // its size follows from the window's
 };
 
-/// What a session has to tell. Scene, solver, steps and drags are those of the first pane.
+/// The results of a session. Scene, solver, steps and drags are those of the first pane.
 struct SessionReport {
   std::string status = "ok";  // ok, diverged, energy_grew, interrupted, failed, unwritable
   std::string scene, title, solver, beside, driver, gl;
   double step = 0;                      // s
-  std::uint64_t frames = 0, steps = 0;  // drawn; taken, restarts included
+  std::uint64_t frames = 0, steps = 0;  // drawn; taken, including restarts
   int restarts = 0;
-  bool is_paused = false, has_panel = false;  // the panel was seen at the end
+  bool is_paused = false, has_panel = false;  // the panel was visible at the end
   double speed = 1, time = 0;                 // time: s, simulated since the last restart
-  double worst_gap = 0, worst_gap_rel = 0;    // m, part of the size
-  double frames_a_second = 0;                 // drawn, by the wall's clock; 0 of a script
+  double worst_gap = 0, worst_gap_rel = 0;    // m, fraction of the size
+  double frames_a_second = 0;                 // drawn, per second of wall time; 0 with a script
   std::uint64_t hash = 0;
   std::vector<Drag> drags;
   std::vector<std::string> saved, notes, findings, warnings;
   int exit_code = 0;
 };
 
-/// Shows a scene until the window is closed or the script has ended. Complaints go to stderr.
+/// Shows a scene until the window is closed or the script has ended. Errors go to stderr.
 SessionReport show(Scene scene, SessionChoices choices);
 
 }  // namespace pantin::program

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kTurnPerPixel = 0.006;  // rad
 constexpr double kSteepest = 1.5;        // rad, above and below the horizon
-constexpr double kZoomPerClick = 0.9;    // of the distance
+constexpr double kZoomPerClick = 0.9;    // factor of the distance
 
 }  // namespace
 

@@ -1,29 +1,29 @@
 #pragma once
-// How a user leads the camera.
+// Camera control by the user.
 #include "engine/world/look.hpp"
 
 namespace pantin::program {
 
 using namespace detail;
 
-/// A camera that turns about its target. Never automatic.
+/// A camera that orbits its target. Never automatic.
 class Orbit {
  public:
-  /// `home` is where reset() goes back to.
+  /// `home` is restored by reset().
   void start(const Camera& home) { camera_ = home_ = home; }
   void set_home(const Camera& home) { home_ = home; }
   const Camera& camera() const { return camera_; }
 
-  /// About the target, by pixels of the mouse: to the right, down.
+  /// Orbits the target, by mouse motion in pixels: to the right, down.
   void turn(double right, double down);
-  /// Moves what is seen by pixels; `metres` is the size of a pixel at the target.
+  /// Moves the image by pixels; `metres` is the size of a pixel at the target.
   void pan(double right, double down, double metres);
-  /// Towards the target, by clicks of a wheel.
+  /// Zooms towards the target, by clicks of a wheel.
   void zoom(double clicks);
   void reset() { camera_ = home_; }
-  /// Looks at a point from the same side and as far away.
+  /// Looks at a point in the same direction and from the same distance.
   void look_at(Vec3 point);
-  /// The smoothly followed point of the target has moved.
+  /// Follows a moving target point.
   void move(Vec3 by) { camera_.eye += by, camera_.target += by; }
 
  private:

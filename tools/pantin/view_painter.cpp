@@ -21,7 +21,7 @@ struct Canvas {
 };
 
 struct Colour {
-  float part[4];  // 0..255, opacity last
+  float part[4];  // 0..255, the last is opacity
 };
 
 Colour colour_of(std::uint32_t rgba) {
@@ -47,7 +47,7 @@ void blend(std::uint8_t* pixel, const Colour& colour, float covered) {
   }
 }
 
-/// What blend() leaves where nothing shines through; the picture's own opacity stays.
+/// The result of blend() for opaque colours; the opacity of the picture is kept.
 void fill(std::uint8_t* pixel, int count, std::uint32_t rgba) {
   for (int x = 0; x < count; ++x, pixel += 4) {
     std::uint32_t whole;
@@ -62,10 +62,10 @@ std::uint8_t* row(Image& picture, int y) {
          4 * static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width);
 }
 
-/// The first pixel whose middle is not left of, or above, a coordinate.
+/// The first pixel whose centre is not left of, or above, a coordinate.
 int first_middle(float at) { return static_cast<int>(std::ceil(at - 0.5f)); }
 
-/// Most of a panel is rectangles of one colour, and letters.
+/// Fast path: most of a panel is rectangles of one colour, and letters.
 bool is_upright(const InkVertex* const (&c)[4]) {
   return c[0]->rgba == c[1]->rgba && c[0]->rgba == c[2]->rgba && c[0]->rgba == c[3]->rgba &&
          c[0]->x == c[3]->x && c[1]->x == c[2]->x && c[0]->y == c[1]->y && c[2]->y == c[3]->y &&
@@ -80,7 +80,7 @@ void paint_box(const Canvas& to, const InkVertex& low, const InkVertex& high) {
   const float du = (high.u - low.u) / (high.x - low.x), dv = (high.v - low.v) / (high.y - low.y);
   const bool is_flat = low.u == high.u && low.v == high.v;
   const float flat = is_flat ? coverage(to.atlas, low.u, low.v) : 0;
-  const bool hides = is_flat && flat == 1 && colour.part[3] == 255;  // what is below it
+  const bool hides = is_flat && flat == 1 && colour.part[3] == 255;  // opaque
   for (int y = std::max(first_middle(low.y), to.clip.y0); y < y1; ++y) {
     const float v = low.v + (static_cast<float>(y) + 0.5f - low.y) * dv;
     std::uint8_t* pixel = row(to.picture, y) + 4 * x0;
@@ -96,8 +96,8 @@ void paint_box(const Canvas& to, const InkVertex& low, const InkVertex& high) {
   }
 }
 
-// Whole numbers, so that of two triangles at an edge exactly one has each pixel.
-constexpr float kParts = 256;  // of a pixel
+// Integer coordinates, so that a pixel on a shared edge belongs to exactly one triangle.
+constexpr float kParts = 256;  // subpixels per pixel
 
 struct Corner {
   std::int64_t x, y;
@@ -107,7 +107,7 @@ std::int64_t edge(Corner a, Corner b, Corner p) {
   return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x);
 }
 
-/// A pixel on the edge from a to b belongs to the triangle on one side of it only.
+/// Tie-breaking: a pixel on the edge from a to b belongs to the triangle on one side only.
 std::int64_t bias(Corner a, Corner b) {
   const bool owns = b.y < a.y || (b.y == a.y && b.x > a.x);
   return owns ? 0 : -1;
@@ -122,8 +122,8 @@ struct Run {
   int from, to;
 };
 
-/// Leaves of a run the pixels where a number that is `first` at its start, and grows by `step` a
-/// pixel, is not negative.
+/// Restricts a run to the pixels where a linear function is not negative: `first` at its start,
+/// with the increment `step` per pixel.
 void narrow(Run& run, std::int64_t first, std::int64_t step) {
   if (first < 0 && step <= 0) run.to = run.from;
   if (first < 0 && step > 0) {

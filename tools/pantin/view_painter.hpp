@@ -1,6 +1,6 @@
 #pragma once
-// Paints triangles over a picture, on the processor: the panel is small, and its picture so is the
-// same on every machine and needs no second OpenGL.
+// A software rasteriser of triangles: the panel is small, so its picture can be equal on every
+// machine, without a second OpenGL context.
 #include <cstdint>
 #include <span>
 
@@ -10,23 +10,23 @@ namespace pantin::program {
 
 using namespace detail;
 
-/// Laid out like the vertices of the panel's library.
+/// Layout of the vertices of Dear ImGui.
 struct InkVertex {
   float x, y;          // pixels, from the top left corner
   float u, v;          // in the atlas, 0..1
   std::uint32_t rgba;  // red in the lowest byte
 };
 
-/// How much of a pixel a letter covers, 0..255, rows from the top.
+/// Coverage of letters, 0..255, rows from the top.
 struct InkAtlas {
   const std::uint8_t* coverage = nullptr;
   int width = 0, height = 0;
 };
 
-/// Triangles within a rectangle of the picture. Neighbours share no pixel.
+/// Triangles within a rectangle of the picture. Adjacent triangles share no pixel.
 struct InkBatch {
   std::span<const InkVertex> vertices;
-  std::span<const std::uint16_t> indices;  // three a triangle
+  std::span<const std::uint16_t> indices;  // three per triangle
   float clip[4];                           // x0, y0, x1, y1
 };
 

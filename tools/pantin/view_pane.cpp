@@ -16,7 +16,7 @@ using namespace detail;
 
 namespace {
 
-constexpr double kSlack = 1e-6;  // of a step: rounding must not swallow one
+constexpr double kSlack = 1e-6;  // fraction of a step: rounding must not suppress one
 
 void set_solver(World& world, Solver solver) {
   world.default_settings.solver = solver;
@@ -81,7 +81,7 @@ Advance Pane::advance(double seconds, int most) {
 
 StepReport Pane::single_step() {
   hand.expect(sim.settings.substeps);
-  const StepReport report = sim.advance(sim.settings.h).report;  // what is left of a step stays
+  const StepReport report = sim.advance(sim.settings.h).report;  // the fraction of a step is kept
   place();
   return report;
 }

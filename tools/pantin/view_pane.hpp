@@ -1,6 +1,5 @@
 #pragma once
-// One running copy of the scene in the viewer, and what is seen of it; two of them stand side by
-// side.
+// A running copy of the scene in the viewer, and its display; two of them may be side by side.
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,23 +16,23 @@ using namespace detail;
 class Pane {
  public:
   Pane() = default;
-  Pane(const Pane&) = delete;  // systems of the simulation point here
+  Pane(const Pane&) = delete;  // systems of the simulation refer to this object
   Pane& operator=(const Pane&) = delete;
 
-  /// Begins with a World as it is; nothing is held.
+  /// Starts with a World; nothing is held.
   void start(const World& from, const StepSettings& how);
-  /// As many whole steps as fit into the time, at most `most`.
+  /// Takes as many whole steps as fit into the time, at most `most`.
   Advance advance(double seconds, int most);
-  /// One step; the picture is that of its end.
+  /// Takes one step; the picture shows its end.
   StepReport single_step();
 
-  /// Bodies came or went: what is drawn are the poses at the end of the last step.
+  /// Bodies were added or removed: draws the poses at the end of the last step.
   void place();
-  /// Why a solver cannot move what this one does, if so.
+  /// Why a solver cannot move this scene, or nothing.
   std::optional<std::string> why_not(Solver solver) const;
-  /// Takes a solver for all islands; else says why that cannot be.
+  /// Sets the solver of all islands; returns the reason if that is impossible.
   std::optional<std::string> choose(Solver solver);
-  /// Of a step that must not be gone on from, what happened.
+  /// If the run cannot continue after this step, what happened.
   std::optional<std::string> trouble(const StepReport& step) const;
   std::string solver() const;
   World& world() { return sim.world; }
@@ -46,14 +45,14 @@ class Pane {
   std::optional<Solver> chosen;
   Trace trace;
   ContactTrails trails;
-  std::string alarm;     // why the last step stopped the run, until it starts over
+  std::string alarm;     // why the run stopped, until a restart
   double gap = 0;        // m, after the last step
   double fraction = 0;   // of the next step
   double step_cost = 0;  // s, wall time
   bool is_behind = false;
 
-  // Over the whole session, whatever starts over:
-  double worst_gap = 0, worst_gap_rel = 0, simulated = 0;  // m, part of the size, s
+  // Over the whole session, across restarts:
+  double worst_gap = 0, worst_gap_rel = 0, simulated = 0;  // m, fraction of the size, s
   std::uint64_t steps = 0;
 
  private:

@@ -33,7 +33,7 @@ static_assert(sizeof(ImDrawVert) == sizeof(InkVertex) && sizeof(ImDrawIdx) == 2 
 static_assert(IM_COL32(1, 0, 0, 0) == 1);
 
 constexpr float kLetters = 15;  // pixels
-constexpr int kSettle = 3;      // pictures until the panel has taken an event in
+constexpr int kSettle = 3;      // pictures until the panel has processed an event
 
 struct KeyRow {
   int panel;
@@ -72,8 +72,8 @@ class ImGuiPanel final : public Panel {
   ImGuiContext* context_;
   InkAtlas atlas_;
   int settling_ = kSettle;
-  bool has_grip_ = false;  // a button was pressed in the panel and is still down
-  // Of a button that went down since the last picture, and perhaps up again: both must be seen.
+  bool has_grip_ = false;  // a button was pressed in the panel and is still held
+  // A button that was pressed, and perhaps released, since the last picture: both must be reported.
   bool pressed_ = false, released_ = false;
 };
 

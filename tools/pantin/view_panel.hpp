@@ -1,6 +1,6 @@
 #pragma once
-// The panel at the right of the window: buttons, sliders, plots, lists. Drawn by Dear ImGui where
-// the build has it; without it the keys do the same.
+// The panel at the right of the window: buttons, sliders, plots, lists. Drawn by Dear ImGui if the
+// build includes it; otherwise keys offer the same.
 #include <SDL.h>
 
 #include <memory>
@@ -12,15 +12,15 @@ namespace pantin::program {
 using namespace detail;
 
 inline constexpr int kPanelWidth = 320;   // pixels
-inline constexpr int kLeastBeside = 320;  // in narrower windows there is no panel
+inline constexpr int kLeastBeside = 320;  // narrower windows have no panel
 
 /// Whether this build has a panel.
 bool has_panel();
 
-/// What the panel is told of the time.
+/// Times for the panel.
 struct PanelClock {
-  double passed = 0;  // s, since the last picture
-  double cost = 0;    // s, wall time of a picture; 0: not to be shown
+  double passed = 0;  // s, since the previous picture
+  double cost = 0;    // s, wall time of a picture; 0: not shown
 };
 
 class Panel {
@@ -29,11 +29,12 @@ class Panel {
   static std::unique_ptr<Panel> make();
   virtual ~Panel() = default;
 
-  /// An event of the window; true if it is the panel's alone. `left` is where the panel begins.
+  /// Handles an event of the window; returns true if it is the panel's alone. The panel starts at
+  /// `left`.
   virtual bool feed(const SDL_Event& event, int left) = 0;
-  /// Whether it must be drawn again though nothing else has changed.
+  /// Whether it must be redrawn although nothing else has changed.
   virtual bool is_busy() const = 0;
-  /// Draws itself over the picture of the window from `left` on, and does what was clicked.
+  /// Draws over the picture of the window from `left` on, and carries out clicks.
   virtual void draw(Desk& desk, Image& window, int left, const PanelClock& clock) = 0;
 };
 

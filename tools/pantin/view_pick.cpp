@@ -11,9 +11,9 @@ using namespace detail;
 
 namespace {
 
-constexpr Real kFarthest = 1e6;  // m; what is drawn beyond cannot be told apart
+constexpr Real kFarthest = 1e6;  // m; precision is insufficient beyond
 
-/// A half-space is drawn as a square: beyond it there is nothing to be seen.
+/// A half-space is drawn as a square: hits outside it are invisible.
 bool is_drawn(const PosedWorld& scene, const RayHit& hit) {
   const Shape& shape = scene.world.shapes[hit.body].list[hit.shape];
   if (traits_of(shape.kind).shape_class != ShapeClass::half_space) return true;
@@ -22,7 +22,7 @@ bool is_drawn(const PosedWorld& scene, const RayHit& hit) {
   return std::abs(local.x) <= shape.size.x && std::abs(local.z) <= shape.size.x;
 }
 
-/// What is asked by one click.
+/// A query by one click.
 struct Click {
   const PosedWorld& scene;
   Queries shapes;
@@ -70,7 +70,8 @@ std::optional<Picked> pick(const PosedWorld& scene, const SeenPixel& pixel) {
 Vec3 on_plane(const SeenPixel& pixel, Vec3 point) {
   const Eye& eye = pixel.eye;
   const Ray ray = ray_through(pixel);
-  // Every ray of the picture goes forward, so none is parallel to a plane that faces the eye.
+  // All rays of the picture point forwards, so none is parallel to a plane perpendicular to the
+  // view.
   return ray.origin + eye.depth(point) / glm::dot(ray.way, eye.forward) * ray.way;
 }
 

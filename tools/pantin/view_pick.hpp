@@ -1,5 +1,5 @@
 #pragma once
-// From the picture into the scene: which body is at a pixel, and where a point of it is drawn.
+// Picking: the body at a pixel, and the pixel of a body's point.
 #include <optional>
 #include <span>
 
@@ -12,13 +12,13 @@ namespace pantin::program {
 
 using namespace detail;
 
-/// A pixel of the picture that an eye sees.
+/// A pixel of the picture of an eye.
 struct SeenPixel {
   const Eye& eye;
   double x, y;  // from the left, from the top
 };
 
-/// The ray that the middle of a pixel shows, 1 m of it.
+/// The ray through the centre of a pixel, 1 m long.
 Ray ray_through(const SeenPixel& pixel);
 
 /// A point on a body's surface.
@@ -28,11 +28,12 @@ struct Picked {
   Vec3 anchor{0};  // the same in the mass-centre frame
 };
 
-/// The nearest body that is drawn at a pixel, or else within a few pixels of it, so that thin ones
-/// can be caught. The poses are those that were drawn; without those of all bodies there is none.
+/// The nearest body drawn at a pixel, or within a few pixels of it, so that thin bodies can be
+/// picked. Uses the drawn poses; none if these are incomplete.
 std::optional<Picked> pick(const PosedWorld& scene, const SeenPixel& pixel);
 
-/// Where the ray through a pixel meets the plane through `point` that faces the eye.
+/// The intersection of the ray through a pixel with the plane through `point` perpendicular to the
+/// view.
 Vec3 on_plane(const SeenPixel& pixel, Vec3 point);
 
 }  // namespace pantin::program

@@ -1,4 +1,4 @@
-// The curves of the panel.
+// The plots of the panel.
 #ifdef PANTIN_HAS_PANEL
 #include <fmt/core.h>
 #include <imgui.h>
@@ -17,7 +17,7 @@ constexpr float kHeight = 40;  // pixels
 constexpr ImU32 kInks[]{IM_COL32(255, 186, 73, 255), IM_COL32(96, 190, 255, 255)};
 constexpr ImU32 kFaint = IM_COL32(150, 154, 162, 150), kBack = IM_COL32(24, 26, 30, 255);
 
-/// Of one plot.
+/// The area of one plot.
 struct Frame {
   ImVec2 low, high;  // pixels
   Span span;
@@ -40,7 +40,7 @@ void draw_curve(const Frame& frame, const Trace& trace, double Sample::*what, Im
                                           1.5f);
 }
 
-/// A field under its name and the last numbers; its bounds stand at the right if there is room.
+/// A plot below its name and latest values; its bounds are at the right if there is room.
 Frame begin_plot(const std::string& name, Span span, const char* unit) {
   ImGui::TextUnformatted(name.c_str());
   const std::string bounds = fmt::format("{:.2g} to {:.2g} {}", span.low, span.high, unit);
@@ -59,7 +59,7 @@ Frame begin_plot(const std::string& name, Span span, const char* unit) {
   return frame;
 }
 
-/// The same stretch of time for all panes.
+/// Sets the same time range for all panes.
 void set_times(Frame& frame, const Desk& desk) {
   bool any = false;
   for (const auto& pane : desk.panes) {
@@ -102,7 +102,7 @@ void plot(const Desk& desk, const char* name, double Sample::*what, const char* 
     draw_curve(frame, desk.panes[i]->trace, what, kInks[i % 2]);
 }
 
-/// Kinetic and potential energy swing about their sum: those two are faint.
+/// Kinetic and potential energy oscillate about their sum, so they are drawn faintly.
 void plot_energy(const Desk& desk) {
   Span span = span_in_all(desk, &Sample::sum);
   for (double Sample::*part : {&Sample::kinetic, &Sample::potential}) {

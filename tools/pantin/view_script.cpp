@@ -94,7 +94,7 @@ void read_body_spot(const Reader& r, const World& world, ScriptEvent& event) {
   event.at = r.vec("at");
 }
 
-/// Where an event of the mouse takes place: one of the ways to say it, or none.
+/// The position of a mouse event, in one of its forms, or none.
 void read_spot(const Reader& r, const World& world, ScriptEvent& event) {
   const bool pixel = r.has("x") || r.has("y");
   const bool shift = event.act == Act::mouse_move && (r.has("dx") || r.has("dy"));
@@ -185,7 +185,7 @@ Result<std::vector<ScriptEvent>> load_script(const std::string& path, const Worl
   Diagnostics diagnostics(json, path);
   std::vector<ScriptEvent> events;
   for (const JsonFault& fault : json.faults)
-    if (fault.node == kNoNode) return diagnostics.errors();  // what was read ends in the middle
+    if (fault.node == kNoNode) return diagnostics.errors();  // the document is incomplete
   if (json[0].kind != JsonKind::array) {
     if (!diagnostics.any_errors()) diagnostics.error_value(0, "an array of events");
     return diagnostics.errors();

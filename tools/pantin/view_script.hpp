@@ -1,5 +1,5 @@
 #pragma once
-// A file of mouse and key events that stands for a user's hands.
+// A file of mouse and key events that simulates a user.
 #include <string>
 #include <vector>
 
@@ -16,18 +16,18 @@ enum class Act : std::uint8_t {
   mouse_up,
   wheel,
   key,
-  knob,    // turns one
-  open,    // another scene
-  resize,  // the window
+  knob,    // sets a knob
+  open,    // opens another scene
+  resize,  // of the window
   quit
 };
 
-/// Where the mouse is at an event.
+/// The position of the mouse at an event.
 enum class Spot : std::uint8_t {
-  same,   // where it was
+  same,   // unchanged
   pixel,  // at x, y
-  shift,  // x, y farther on
-  body    // where a point of a body is seen
+  shift,  // moved by x, y
+  body    // at the pixel of a body's point
 };
 
 struct ScriptEvent {
@@ -37,14 +37,14 @@ struct ScriptEvent {
   double x = 0, y = 0;    // pixels; the wheel's clicks, sideways in x; a knob's value in x
   Vec3 at{0};             // in the body's own frame
   bool is_centre = true;  // the mass centre instead of `at`
-  int button = 0;         // place in kButtons
+  int button = 0;         // index in kButtons
   bool shift = false, alt = false;  // the keys are held
-  std::size_t key = 0;              // place in kKeys
+  std::size_t key = 0;              // index in kKeys
   std::string name;                 // of a knob, of a body, of a scene file
 };
 
 inline constexpr std::string_view kButtons[]{"left", "middle", "right"};
-/// Reads a script against the bodies of a world. Complaints are lines as of scene files.
+/// Reads a script, and looks up its bodies in a World. Errors are lines as for scene files.
 Result<std::vector<ScriptEvent>> load_script(const std::string& path, const World& world);
 
 }  // namespace pantin::program

@@ -15,11 +15,11 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kFilmRate = 60;      // pictures a second
+constexpr double kFilmRate = 60;      // pictures per second
 constexpr std::uint8_t kSeam = 40;    // grey of the line between two panes
-constexpr double kMostFilmLag = 0.5;  // s that a film is filled up with one picture at most
+constexpr double kMostFilmLag = 0.5;  // s: longest gap that a film fills with repeated pictures
 
-/// Copies a picture into a part of another one.
+/// Copies a picture into a part of another.
 void place_image(const Image& from, Image& to, int left) {
   const int width = std::min(from.width, to.width - left);
   const int height = std::min(from.height, to.height);
@@ -47,7 +47,7 @@ void Session::draw_pane(std::size_t index, Image& to) {
   const Pane& pane = *desk_.panes[index];
   Overlay overlay;
   overlay.lines = desk_.labels(index);
-  // A script's pictures are the same every time.
+  // Pictures of a script must be reproducible.
   if (!choices_.is_scripted && index == 0 && !desk_.panel)
     overlay.lines.push_back("picture " + std::to_string(std::lround(1e3 * draw_seconds_)) + " ms");
   overlay.alarm = pane.alarm;
@@ -69,7 +69,7 @@ void Session::draw_pane(std::size_t index, Image& to) {
   renderer_->draw({pane.world(), pane.poses, desk_.view(), &overlay, desk_.wireframe}, to);
 }
 
-/// The panes side by side, then the panel.
+/// Combines the panes side by side, and the panel.
 void Session::compose() {
   if (auto fits = renderer_->resize(desk_.pane_width(), desk_.height()); !fits) {
     fail(fits.errors(), kFailed, "failed");
@@ -104,7 +104,7 @@ void Session::draw() {
   draw_seconds_ = std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Saves the picture under the first number that is free.
+/// Saves the picture under the first free number.
 void Session::save() {
   desk_.wants_picture = false;
   const std::string path = free_name(choices_.frames, "frame", ".png", report_.saved.size());
@@ -122,7 +122,7 @@ void Session::toggle_film() {
   film_path_ = free_name(choices_.frames, "film", ".mp4", 0);
   CaptureOptions options;
   options.video_path = film_path_, options.fps = kFilmRate;
-  options.width = width_ & ~1, options.height = height_ & ~1;  // the codec takes even sides
+  options.width = width_ & ~1, options.height = height_ & ~1;  // the codec requires even sizes
   auto film = Capture::open(options);
   if (!film) {
     for (const Error& e : film.errors()) complain(e.message);
@@ -133,7 +133,7 @@ void Session::toggle_film() {
   desk_.tell("films into " + film_path_ + "; v ends it");
 }
 
-/// As many pictures as the time that has passed asks for.
+/// Adds as many pictures as the elapsed time requires.
 void Session::film(double wall) {
   if (!film_) return;
   if ((width_ & ~1) != film_width_ || (height_ & ~1) != film_height_) return end_film();

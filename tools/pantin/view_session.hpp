@@ -55,14 +55,14 @@ class Session {
   std::unique_ptr<Renderer> renderer_;
   std::unique_ptr<Window> window_;
   std::unique_ptr<Panel> panel_;   // null: this build has none
-  std::unique_ptr<Capture> film_;  // while one is made
+  std::unique_ptr<Capture> film_;  // while recording
   std::string film_path_;
   int film_width_ = 0, film_height_ = 0;
-  double film_time_ = 0;  // s that the film lacks
+  double film_time_ = 0;  // s not yet filmed
   Image window_image_, pane_image_;
   SessionReport report_;
   double draw_seconds_ = 0;             // wall time of a picture
-  double watched_ = 0;                  // s since the file was looked at
+  double watched_ = 0;                  // s since the file was checked
   double script_x_ = 0, script_y_ = 0;  // pixels
   std::uint64_t beats_ = 0;
   int width_ = 0, height_ = 0;  // of the window

@@ -1,20 +1,20 @@
 #pragma once
-// What the plots of the viewer show.
+// The data of the viewer's plots.
 #include <array>
 #include <cstddef>
 
 namespace pantin::program {
 
-/// Of one step.
+/// Data of one step.
 struct Sample {
   double time = 0;                             // s
-  double kinetic = 0, potential = 0, sum = 0;  // J; the sum holds springs, too
-  double gap = 0;                              // m, the worst of a joint
-  double contact = 0;                          // N, sizes of all contact forces together
+  double kinetic = 0, potential = 0, sum = 0;  // J; the sum includes springs
+  double gap = 0;                              // m, largest joint gap
+  double contact = 0;                          // N, sum of the magnitudes of all contact forces
   double cost = 0;                             // s, wall time of a step
 };
 
-/// The samples of the last steps, the oldest first. Never allocates.
+/// A ring buffer of the samples of the last steps, oldest first. Never allocates.
 class Trace {
  public:
   static constexpr std::size_t kRoom = 300;
@@ -37,7 +37,7 @@ class Trace {
   std::size_t first_ = 0, count_ = 0;
 };
 
-/// The smallest and the largest of a number in some samples.
+/// The smallest and the largest value of a quantity.
 struct Span {
   double low = 0, high = 0;
   void cover(double x) {
@@ -45,7 +45,7 @@ struct Span {
     high = x > high ? x : high;
   }
 };
-/// None of an empty trace: both are 0.
+/// Both are 0 for an empty trace.
 inline Span span_of(const Trace& trace, double Sample::*what) {
   if (trace.size() == 0) return {};
   Span span{trace[0].*what, trace[0].*what};

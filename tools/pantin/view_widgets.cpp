@@ -14,11 +14,11 @@ using namespace detail;
 
 namespace {
 
-constexpr float kNames = 138;  // pixels from the left, where a slider's name stands
+constexpr float kNames = 138;  // pixels from the left to a slider's name
 
 void line(const std::string& text) { ImGui::TextUnformatted(text.c_str()); }
 
-/// A button as wide as a part of the row; `of` stand beside one another.
+/// A button in a row of `of` equal buttons.
 bool row_button(const char* name, int of) {
   const ImGuiStyle& style = ImGui::GetStyle();
   const float room = ImGui::GetWindowContentRegionMax().x - style.WindowPadding.x;
@@ -46,7 +46,7 @@ void lay_out_time(Desk& desk, const PanelClock& clock) {
     desk.faster(static_cast<double>(speed) / desk.speed);
 }
 
-/// The solvers of a pane to choose from; where `has_none`, also none.
+/// A list of solvers for a pane, with the entry "none" if `has_none`.
 void lay_out_solver(Desk& desk, const char* name, std::size_t pane) {
   const bool is_there = pane < desk.panes.size();
   const std::string now = is_there ? desk.panes[pane]->solver() : "none";
@@ -96,7 +96,7 @@ void lay_out_tools(Desk& desk) {
   slider("ball speed, m/s", desk.gun.speed, 0.1, 200);
 }
 
-/// The room stays the same, so that what is below does not jump.
+/// Its height is constant, so that the rest does not jump.
 void lay_out_body(const Desk& desk) {
   constexpr int kLines = 6;
   ImGui::BeginChild("body", {0, kLines * ImGui::GetTextLineHeightWithSpacing()});
@@ -106,7 +106,7 @@ void lay_out_body(const Desk& desk) {
   ImGui::EndChild();
 }
 
-/// What made the run doubtful so far, the last first.
+/// The findings so far, latest first.
 void lay_out_findings(const Desk& desk) {
   constexpr int kLines = 5;
   const Pane& pane = desk.pane_at_mouse();

@@ -1,13 +1,13 @@
 #pragma once
-// What stands in the panel.
+// The content of the panel.
 #include "tools/pantin/view_panel.hpp"
 
 namespace pantin::program {
 
-/// All of it, into the window that Dear ImGui has begun.
+/// Lays out everything in the current Dear ImGui window.
 void lay_out(Desk& desk, const PanelClock& clock);
 
-/// Curves of what the panes have recorded; one colour for each pane.
+/// Plots of the recorded data; one colour for each pane.
 void lay_out_plots(const Desk& desk);
 
 }  // namespace pantin::program

@@ -21,12 +21,12 @@ Error sdl_error(const char* what) { return Error{std::string(what) + ": " + SDL_
 Result<std::unique_ptr<Window>> Window::open(const std::string& title, int width, int height,
                                              Display display) {
   SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");  // the program has its own
-  // Pixels only: not every display has OpenGL, and the pictures are made without the window's.
+  // Software rendering: not every display has OpenGL, and the pictures do not use the window's.
   SDL_SetHint(SDL_HINT_FRAMEBUFFER_ACCELERATION, "0");
   std::unique_ptr<Window> window(new Window);
   if (is_set("SDL_VIDEODRIVER") || is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")) {
     if (auto done = window->start(title, width, height); !done) return done.errors();
-    // With a display that does not answer, SDL may take a driver that shows nothing.
+    // If the display does not respond, SDL may fall back to an invisible driver.
     const bool is_unseen = window->driver_ == "offscreen" || window->driver_ == "dummy";
     if (is_unseen && display == Display::required && !is_set("SDL_VIDEODRIVER"))
       return Error{"no display: the one that DISPLAY or WAYLAND_DISPLAY names cannot be opened"};

@@ -1,5 +1,5 @@
 #pragma once
-// A window that shows pictures made elsewhere.
+// A window that shows finished pictures.
 #include <SDL.h>
 
 #include <memory>
@@ -11,10 +11,10 @@ namespace pantin::program {
 
 using namespace detail;
 
-/// Owns SDL, its window and the texture that pictures go through. One at a time.
+/// Owns SDL, its window and the texture of the picture. One at a time.
 class Window {
  public:
-  /// Whether there must be a display; without one nobody sees the window.
+  /// Whether a display is required; without one the window is invisible.
   enum class Display { required, optional };
   /// Opens a window of the picture's size in pixels.
   static Result<std::unique_ptr<Window>> open(const std::string& title, int width, int height,
@@ -23,13 +23,13 @@ class Window {
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
 
-  /// Shows a picture, scaled if it has not the window's size.
+  /// Shows a picture, scaled to the window's size.
   Result<Done> show(const Image& image);
-  /// In pixels, as the user has drawn it.
+  /// In pixels, as resized by the user.
   void size(int& width, int& height) const { SDL_GetWindowSize(window_, &width, &height); }
   void resize(int width, int height) { SDL_SetWindowSize(window_, width, height); }
   std::uint32_t id() const { return SDL_GetWindowID(window_); }
-  /// The way to the screen that SDL has taken: x11, wayland, offscreen, dummy.
+  /// SDL's video driver: x11, wayland, offscreen, dummy.
   const std::string& driver() const { return driver_; }
 
  private:
