@@ -1,5 +1,5 @@
-// Every operator new of the program is counted, so that runs and benchmarks can tell what a step
-// takes.
+// Counts every operator new of the program, so that runs and benchmarks can report the allocations
+// of a step.
 
 #include <malloc.h>
 

@@ -28,13 +28,13 @@ struct BenchChoices {
   bool json = false;
 };
 
-/// One repetition: times of all steps, and what went by.
+/// One repetition: the times of all steps, and its counters.
 struct Lap {
   std::vector<double> seconds;
   double allocations_per_step = 0;
 };
 
-constexpr int kWarmUp = 10;  // steps that are not counted
+constexpr int kWarmUp = 10;  // untimed steps
 
 Lap lap(const Scene& scene, int threads, bool& sound) {
   Lap l;
@@ -54,7 +54,7 @@ Lap lap(const Scene& scene, int threads, bool& sound) {
   return l;
 }
 
-/// Accuracy, energy and stages, in a pass of their own so that they disturb no clock.
+/// Measures accuracy, energy and stages in a separate pass, so that they do not disturb the timing.
 void measure_beside(const Scene& scene, int threads, double links, Json& row) {
   const std::uint64_t bytes_before = live_bytes();
   Simulation sim = Simulation::copy_of(scene.world, {scene.step, scene.substeps, threads, true});

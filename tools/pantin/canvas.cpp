@@ -123,7 +123,7 @@ class PixelCanvas final : public Canvas {
 };
 #endif
 
-/// A round distance between ticks, for some five of them.
+/// A round distance between ticks, for about five of them.
 double tick_of(double span) {
   const double rough = span / 5, ten = std::pow(10, std::floor(std::log10(rough)));
   for (const double k : {1.0, 2.0, 5.0})

@@ -1,5 +1,5 @@
 #pragma once
-// Flat drawings, as SVG or as PNG.
+// Two-dimensional drawings, as SVG or PNG.
 #include <memory>
 #include <string>
 #include <string_view>
@@ -23,7 +23,7 @@ class Canvas {
   virtual ~Canvas() = default;
   virtual void box(Spot corner, Spot size, Ink ink) = 0;
   virtual void line(Spot from, Spot to, double width, Ink ink) = 0;
-  /// The spot is on the line that the letters stand on.
+  /// `at` is on the baseline.
   virtual void text(Spot at, std::string_view utf8, Ink ink, Anchor anchor) = 0;
   /// The bytes of the file.
   virtual std::string bytes() = 0;
@@ -31,24 +31,24 @@ class Canvas {
   void label(Spot at, std::string_view utf8) { text(at, utf8, {}, Anchor::start); }
 };
 
-/// By the ending of the path, .svg or .png; null for a PNG where the program draws none.
+/// Chooses by the ending of the path, .svg or .png; null for a PNG if this build cannot draw.
 std::unique_ptr<Canvas> make_canvas(const std::string& path, int width, int height);
 
-/// A colour for the k-th of several things; they differ for most who do not tell red from green.
+/// The colour of the k-th item; distinguishable with most forms of colour blindness.
 Ink ink_of(std::size_t k);
 
-/// Axes around a box: a frame, ticks with numbers, names.
+/// The frame of a chart: ticks with numbers, names of the axes.
 struct Axis {
   double low = 0, high = 1;
   std::string name;
 };
 struct Frame {
-  Spot corner, size;  // of the inside
+  Spot corner, size;  // of the inner area
   Axis across, up;
 
   Spot at(double x, double y) const;
   bool holds(double x, double y) const;
-  /// Title and axes, over what is inside.
+  /// Draws title and axes, over the content.
   void draw(Canvas& canvas, std::string_view title) const;
 };
 

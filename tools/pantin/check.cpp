@@ -19,7 +19,7 @@ using namespace detail;
 namespace {
 
 constexpr int kSteps = 60;
-constexpr double kMostSeconds = 5;  // of CPU, for a scene's steps
+constexpr double kMostSeconds = 5;  // of CPU time, for the steps of a scene
 
 struct CheckChoices {
   std::vector<std::string> scenes;
@@ -27,14 +27,14 @@ struct CheckChoices {
   bool json = false;
 };
 
-/// What a look at one scene and its first steps found.
+/// The result of checking one scene and its first steps.
 struct Finding {
   int exit_code = kOk;
   Json json;
 };
 
-/// Those of bodies that the solver `planar` moves: three each, less what joints, gears, belts and
-/// exact pins take in the plane.
+/// Degrees of freedom of bodies under solver `planar`: three each, minus those that joints, gears,
+/// belts and exact pins remove in the plane.
 std::int64_t freedoms_of_plane(const World& world) {
   std::int64_t sum = 0;
   const auto is_there = [&](Entity e) {
@@ -59,7 +59,7 @@ std::int64_t freedoms_of_plane(const World& world) {
   return sum;
 }
 
-/// The first joint of an island that a motor is to move, or none.
+/// The first joint of an island that has a motor, or none.
 Entity motor_of(const World& world, const lagrangian::Island& m) {
   for (const lagrangian::Block& b : m.blocks) {
     if (b.kind != lagrangian::BlockKind::joint) continue;
@@ -72,12 +72,12 @@ Entity motor_of(const World& world, const lagrangian::Island& m) {
 
 struct Freedoms {
   std::int64_t count = 0;
-  std::vector<Entity> stuck;  // joints with a motor, of mechanisms that have none
+  std::vector<Entity> stuck;  // joints with a motor, of mechanisms without freedom
 };
 
-/// Degrees of freedom that joints, belts, surfaces that touch and exact pins leave: 6 a body, less
-/// the rank of their rows. They are counted by the solver that has rows for every kind of joint,
-/// whichever runs the scene.
+/// Degrees of freedom left by joints, belts, surface contacts and exact pins: 6 per body, minus the
+/// rank of their rows. Counted by the solver that has rows for every kind of joint, whichever
+/// solver runs the scene.
 Freedoms degrees_of_freedom(const World& world) {
   World counted = world;
   counted.default_settings.solver = Solver::lagrangian;
@@ -103,7 +103,7 @@ Freedoms degrees_of_freedom(const World& world) {
   return all;
 }
 
-/// Joints whose springs or motors are too stiff for the integrator in steps of the scene's length.
+/// Joints with springs or motors that are too stiff for the integrator at the scene's step.
 std::vector<std::string> stiff_joints(const Scene& scene) {
   std::vector<std::string> found;
   const World& world = scene.world;
@@ -119,8 +119,8 @@ std::vector<std::string> stiff_joints(const Scene& scene) {
   return found;
 }
 
-/// Sixty steps, or as many as there is time for; the second half twice: from here and from a copy.
-/// Why it failed, or nothing.
+/// Takes sixty steps, or as many as time permits; the second half twice: directly and from a copy.
+/// Returns why it failed, or an empty string.
 std::string step_through(const Scene& scene, Json& j) {
   const StepSettings how{scene.step, scene.substeps, 1, true};
   Simulation sim = Simulation::copy_of(scene.world, how), copy;
@@ -229,7 +229,7 @@ Finding look_at(const std::string& path, const CheckChoices& c) {
             : printable(failure));
   for (const std::string& line : lines_beyond_auto(world))
     if (!c.json) fmt::print("  {}\n", printable(line));
-  std::fflush(stdout);  // whole lines, should the next scene be interrupted
+  std::fflush(stdout);  // whole lines, in case the next scene is interrupted
   return found;
 }
 
@@ -239,7 +239,7 @@ int check(const CheckChoices& c) {
   Json all = Json::array();
   for (const std::string& path : c.scenes) {
     const Finding found = look_at(path, c);
-    // Bad input is the worse news: nothing of that scene could be looked at.
+    // Bad input takes precedence, since nothing of that scene could be checked.
     if (found.exit_code == kUsage || worst == kOk) worst = found.exit_code;
     all.push_back(found.json);
   }

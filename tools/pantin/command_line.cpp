@@ -30,7 +30,7 @@ std::vector<std::string> parts_of(std::string_view text, char between) {
   return parts;
 }
 
-/// Reads "TEXT:{a,b}", "FILE", "FILE:.a|.b" and "FOLDER".
+/// Parses "TEXT:{a,b}", "FILE", "FILE:.a|.b" and "FOLDER".
 void read_type(Argument& argument) {
   const std::string_view type = argument.type;
   const std::size_t open = type.find('{'), close = type.find('}');
@@ -76,21 +76,21 @@ Command command_of(const CLI::App& app) {
   return command;
 }
 
-/// A file that a command was given by name.
+/// A file named on the command line.
 struct NamedFile {
   std::string option, path;
   bool is_read = false;
-  fs::path whole = {};  // of links and points free
+  fs::path whole = {};  // canonical path
 };
 
-/// Whether what is there by this name is no file that another would take the place of.
+/// Whether the name denotes a device, which is written in place.
 bool is_a_device(const fs::path& path) {
   std::error_code none;
   const fs::file_type kind = fs::status(path, none).type();
   return kind != fs::file_type::not_found && kind != fs::file_type::regular;
 }
 
-/// The file that a name means, links followed, whether or not it is there yet.
+/// The canonical path of a name, links resolved, whether or not the file exists.
 fs::path whole_path(const fs::path& name) {
   constexpr int kMostLinks = 40;
   std::error_code none;
@@ -113,7 +113,7 @@ std::vector<NamedFile> files_of(const CLI::App& command) {
                         argument.kind == ValueKind::file ? "file" : "folder"));
     if (argument.kind == ValueKind::folder) continue;
     const bool is_read = option->get_positional() || argument.type == kSceneType;
-    // What a state is loaded from may be saved to: it has been read then.
+    // A state may be saved to the file it was loaded from, which has been read by then.
     if (argument.names.back() == "--load") continue;
     for (const std::string& path : option->results())
       if (!is_a_device(path))
@@ -127,8 +127,8 @@ bool are_one(const NamedFile& a, const NamedFile& b) {
   return a.whole == b.whole || fs::equivalent(a.whole, b.whole, none);
 }
 
-/// Throws where a command was given one name for two files, one of which would take the other's
-/// place: for two outputs, or for an output and the scene.
+/// Throws if one name is given for two files one of which would overwrite the other: for two
+/// outputs, or for an output and the scene.
 void check_files(const CLI::App& command) {
   const std::vector<NamedFile> files = files_of(command);
   for (std::size_t i = 0; i < files.size(); ++i)
@@ -139,8 +139,8 @@ void check_files(const CLI::App& command) {
                                                files[i].path, files[j].option));
 }
 
-/// What is wrong with a command line, in one line. A word that nobody asked for is named, with what
-/// it may have been meant for: CLI11 would rather speak of the command that is missing.
+/// The fault of a command line, in one line. An unknown word is named, with the nearest known one:
+/// CLI11 would report the missing command instead.
 std::string complaint_of(const CLI::App& program, const CLI::ParseError& error) {
   const auto chosen = program.get_subcommands();
   const CLI::App& command = chosen.empty() ? program : *chosen.front();
@@ -163,12 +163,12 @@ std::string complaint_of(const CLI::App& program, const CLI::ParseError& error) 
                      pantin::detail::hint(word, candidates));
 }
 
-/// Whether a word stands on the command line that nobody asked for: it is no mere call for help.
+/// Whether the command line has unknown words: it is then not only a call for help.
 bool has_stray_words(const CLI::App& program) { return !program.remaining(true).empty(); }
 
 }  // namespace
 
-// ---- What a command takes -----------------------------------------------------------------------
+// ---- Arguments of a command ---------------------------------------------------------------------
 
 const Option& Option::required() const {
   option_->required();
@@ -194,14 +194,14 @@ const Option& Option::one_of(const std::vector<std::string>& words) const {
 
 namespace {
 
-/// Accepts what reads as a T from `least` to `most`, with nothing after it.
+/// Accepts text that parses completely as a T from `least` to `most`.
 template <typename T>
 CLI::Validator in_range(T least, T most, const char* what) {
   return {[=](std::string& text) {
             T x = 0;
             const char* end = text.data() + text.size();
             const auto read = std::from_chars(text.data(), end, x);
-            // A comparison that holds, so that no NaN passes.
+            // Positive comparisons, so that NaN is rejected.
             if (read.ec == std::errc() && read.ptr == end && x >= least && x <= most)
               return std::string();
             return fmt::format("found \"{}\", expected {} from {} to {}", text, what, least, most);
@@ -321,7 +321,7 @@ std::vector<Command> CommandLine::described() const {
 std::string CommandLine::version() const { return parser_->version(); }
 
 std::string CommandLine::help() const {
-  // Its own help() would be that of the command at work, which may be `help`.
+  // Its own help() would show the active command, which may be `help`.
   return parser_->get_formatter()->make_help(parser_.get(), "pantin", CLI::AppFormatMode::Normal);
 }
 
@@ -340,7 +340,7 @@ int CommandLine::run(int argc, char** argv) {
   } catch (const CLI::ParseError& e) {
     // --help, --version
     if (e.get_exit_code() == 0 && !has_stray_words(*parser_)) return parser_->exit(e);
-    // One line, and where to read more.
+    // One line, and where to find help.
     const auto chosen = parser_->get_subcommands();
     const std::string who = chosen.empty() ? "pantin" : "pantin " + chosen.front()->get_name();
     const CLI::ExtrasError strays(who, parser_->remaining(true));

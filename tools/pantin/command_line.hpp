@@ -1,6 +1,6 @@
 #pragma once
-// The command line: what commands take, and the same as data, for the manual and for shells. What
-// parses it is known to command_line.cpp alone: its header takes seconds to compile.
+// The command line: arguments of commands, also as data for the manual and for shell completion.
+// Only command_line.cpp includes the parser, whose header takes seconds to compile.
 #include <functional>
 #include <initializer_list>
 #include <memory>
@@ -14,54 +14,53 @@ class Option;
 
 namespace pantin::program {
 
-/// Types of values for --help: completion offers what they say.
+/// Types of values in --help; completion uses them.
 inline constexpr const char *kSceneType = "FILE:.json|.json5|.jsonc", *kFolderType = "FOLDER",
                             *kFileType = "FILE";
 
-/// An option, a flag or a positional of a subcommand, to say more of it. A handle: copies mean the
-/// same one.
+/// An option, a flag or a positional of a subcommand, for configuration. A handle: copies refer to
+/// the same object.
 class Option {
  public:
   explicit Option(CLI::Option& option) : option_(&option) {}
 
   const Option& required() const;
-  /// What --help calls its values.
+  /// The type of its values in --help.
   const Option& type(const char* name) const;
   const Option& one_of(const std::vector<std::string>& words) const;
-  /// A whole number.
+  /// A whole number within bounds.
   const Option& within(int least, int most) const;
-  /// A finite number.
+  /// A finite number within bounds.
   const Option& between(double least, double most) const;
-  /// A file whose name ends in one of these. Together with kFileType.
+  /// A file whose name ends in one of these. Use it with kFileType.
   const Option& ends_in(std::initializer_list<const char*> endings) const;
-  /// What stands in one word for another, before it is checked.
+  /// Translates each value before it is checked.
   const Option& read_as(const std::function<std::string(std::string)>& word) const;
   /// Several values in one word.
   const Option& separated_by(char delimiter) const;
   const Option& count(int values) const;
   const Option& shows_default() const;
-  /// Either this or the other.
+  /// The two options exclude each other.
   const Option& excludes(const Option& other) const;
 
  private:
   CLI::Option* option_;
 };
 
-/// A subcommand, to say what it takes. A handle, too.
+/// A subcommand, for configuration. Also a handle.
 class Subcommand {
  public:
   Subcommand(CLI::App& parser, int& exit_code) : parser_(&parser), exit_code_(&exit_code) {}
 
-  /// A positional if its name begins with no dash. The value is text, an int or a double, an
-  /// optional or a vector of such, as command_line.cpp lists them; it has to live until the command
-  /// has run.
+  /// A positional if its name does not begin with a dash. The value is text, an int, a double, or
+  /// an optional or vector of these, as listed in command_line.cpp. It must outlive the command.
   template <typename T>
   Option option(const char* name, T& value, const std::string& about) const;
   Option flag(const char* name, bool& value, const std::string& about) const;
-  /// One that was added already.
+  /// An argument that was added before.
   Option added(const char* name) const;
   void footer(const char* text) const;
-  /// What the command does, in the end; its result is the exit code of the program.
+  /// Sets the action of the command; its result is the exit code of the program.
   void runs(std::function<int()> action) const;
 
  private:
@@ -69,15 +68,15 @@ class Subcommand {
   int* exit_code_;
 };
 
-/// What stands behind an option, or in a positional place.
+/// The kind of value of an option or positional.
 enum class ValueKind { none, text, choice, file, folder };
 
 /// An option or a positional.
 struct Argument {
-  std::vector<std::string> names;  // "-h" and "--help"; of a positional its one name
-  std::string about, type;         // type: as --help shows it
+  std::vector<std::string> names;  // "-h" and "--help"; the single name of a positional
+  std::string about, type;         // type as shown by --help
   ValueKind kind = ValueKind::none;
-  std::vector<std::string> values;  // choices; endings of files, none: any file
+  std::vector<std::string> values;  // choices; or endings of files, empty: any file
   bool repeats = false, is_required = false;
 };
 
@@ -99,17 +98,17 @@ class CommandLine {
   CommandLine& operator=(const CommandLine&) = delete;
 
   Subcommand add(const char* name, const char* about);
-  /// Of the subcommands so far, in the order of --help.
+  /// The names of the subcommands so far, in the order of --help.
   std::vector<std::string> names() const;
-  /// The program first, then its subcommands.
+  /// The program, followed by its subcommands.
   std::vector<Command> described() const;
   std::string version() const;
-  /// What --help prints, of the program or of a subcommand.
+  /// The output of --help, for the program or a subcommand.
   std::string help() const;
   std::string help(const std::string& command) const;
 
-  /// Runs the command that is asked for; the exit code. Tells what is wrong with the command line,
-  /// in one line on stderr.
+  /// Runs the requested command; returns the exit code. Reports a faulty command line in one line
+  /// on stderr.
   int run(int argc, char** argv);
 
  private:
@@ -117,7 +116,7 @@ class CommandLine {
   int exit_code_ = 0;
 };
 
-/// Of the library that parses.
+/// The version of the parser library.
 const char* parser_version();
 
 }  // namespace pantin::program

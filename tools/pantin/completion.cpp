@@ -1,4 +1,4 @@
-// `pantin completion`: what shells need to complete a command line, written from what parses it.
+// `pantin completion`: shell completion, generated from the parser's description.
 #include <fmt/format.h>
 #include <fmt/ranges.h>  // join, since fmt 11
 
@@ -25,7 +25,7 @@ std::vector<std::string> option_names(const Command& command) {
 
 // ---- bash --------------------------------------------------------------------------------------
 
-/// The call that offers the values of an argument.
+/// The bash function call that offers the values of an argument.
 std::string bash_values(const Argument& a) {
   switch (a.kind) {
     case ValueKind::choice:
@@ -80,7 +80,7 @@ _pantin() {
   case "$command $before" in
 )";
 
-/// Values of options, then words of a command that begin with a dash, then its positionals.
+/// Offers values of options, then options, then positionals.
 std::string bash_script(const std::vector<Command>& commands) {
   std::string script = kBashHead;
   for (const Command& c : commands)
@@ -107,7 +107,7 @@ std::string bash_script(const std::vector<Command>& commands) {
 
 // ---- zsh ---------------------------------------------------------------------------------------
 
-/// Within '...[ ]': brackets, colons and quotes mean something.
+/// Escapes text for '...[ ]', where brackets, colons and quotes are special.
 std::string zsh_text(const std::string& text) {
   std::string safe;
   for (const char c : text) {
@@ -130,7 +130,7 @@ std::string zsh_values(const Argument& a) {
       if (a.values.empty()) return "_files";
       for (const std::string& ending : a.values)
         endings += (endings.empty() ? "" : "|") + ending.substr(1);
-      // One in brackets would be taken for a qualifier.
+      // A single one in parentheses would be read as a glob qualifier.
       if (a.values.size() > 1) endings = "(" + endings + ")";
       return fmt::format("_files -g \"*.{}\"", endings);
     case ValueKind::folder:
@@ -187,7 +187,7 @@ std::string fish_text(const std::string& text) {
   return "'" + safe + "'";
 }
 
-/// What may follow, as options of `complete`.
+/// The possible values, as options of `complete`.
 std::string fish_values(const Argument& a) {
   switch (a.kind) {
     case ValueKind::none:

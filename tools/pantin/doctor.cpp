@@ -27,7 +27,7 @@ using namespace detail;
 namespace {
 
 #ifdef PANTIN_HAS_RENDER
-/// Tries each way to OpenGL, and the one that would be chosen.
+/// Tries each path to OpenGL, and the default choice.
 Json look_at_gl() {
   Json j;
   const auto attempt = [](GlPath path) {

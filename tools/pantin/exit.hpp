@@ -1,5 +1,5 @@
 #pragma once
-// How the program ends.
+// Exit codes of the program.
 namespace pantin::program {
 
 /// Exit codes, the same for every subcommand.

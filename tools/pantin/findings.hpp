@@ -1,5 +1,5 @@
 #pragma once
-// Findings of a run, as the program tells them.
+// Findings of a run, as text.
 #include <span>
 
 #include "tools/pantin/program.hpp"
@@ -9,9 +9,9 @@ namespace pantin::program {
 /// "energy_gained: rod 3, 12.3 J more than can be at 0.35 s": one line, printable.
 std::string words_of(const World& world, const Finding& finding);
 Json findings_json(const World& world, std::span<const Finding> findings);
-/// The worst of each kind, a line each.
+/// Prints the worst finding of each kind, a line each.
 void print_findings(const Simulation& sim);
-/// Dynamic bodies whose energy the run cannot balance.
+/// The number of dynamic bodies whose energy the run cannot balance.
 std::size_t unchecked_bodies(const Simulation& sim);
 
 }  // namespace pantin::program

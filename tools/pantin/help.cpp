@@ -1,4 +1,4 @@
-// `pantin help`: the help of a command, or the manual page, both from what parses the command line.
+// `pantin help`: the help of a command, or the manual page, both generated from the command line.
 #include <fmt/format.h>
 
 #include <memory>
@@ -14,7 +14,7 @@ namespace {
 struct Variable {
   const char *name, *about;
 };
-/// What the program looks up in its environment; the README lists the same.
+/// Environment variables of the program; the README lists the same.
 constexpr Variable kEnvironment[] = {
     {"PANTIN_GL",
      "way to OpenGL, as for --gl, where an option does not say it: surfaceless, device "
@@ -28,7 +28,7 @@ constexpr Variable kEnvironment[] = {
     {"PATH", "where ffmpeg is looked for, for --video and --gif"},
 };
 
-/// A line of text as roff takes it: no escape and no request of its own.
+/// Escapes a line of text for roff.
 std::string escaped(const std::string& line) {
   std::string text;
   if (line.starts_with('.') || line.starts_with('\'')) text = "\\&";
@@ -45,7 +45,7 @@ std::string escaped(const std::string& line) {
   return text;
 }
 
-/// Prose is filled; what is indented stays as it stands.
+/// Prose is filled; indented lines are verbatim.
 void add_footer(std::string& page, const std::string& footer) {
   enum class Part { prose, example } part = Part::prose;
   const auto turn_to = [&](Part next) {

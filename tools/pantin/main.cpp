@@ -8,7 +8,8 @@ using namespace pantin::program;
 
 namespace {
 
-/// What is left to say at the end: what could not be written. One rule for all that is printed.
+/// Flushes the output, and reports if it could not be written: one rule for everything that is
+/// printed.
 int closed(int exit_code) {
   std::cout.flush();
   const bool written = std::fflush(stdout) == 0 && !std::ferror(stdout) && std::cout.good();

@@ -11,7 +11,7 @@
 namespace pantin::program {
 namespace {
 
-/// The lamina that is asked for, the first if none is; null after a complaint.
+/// The requested lamina, or the first; null after an error.
 const LaminaPlan* lamina_of(const Scene& scene, const ModesChoices& c) {
   if (!scene.laminas) {
     complain(fmt::format("{}: found no \"laminas\", expected one or more", c.scene));
@@ -28,7 +28,7 @@ const LaminaPlan* lamina_of(const Scene& scene, const ModesChoices& c) {
   return nullptr;
 }
 
-/// --mu in place of what the fingers say; false after a complaint.
+/// Applies --mu instead of the fingers' friction; returns false after an error.
 bool set_friction(LaminaPlan& plan, const std::vector<double>& mu) {
   if (mu.empty()) return true;
   if (mu.size() != 1 && mu.size() != plan.fingers.size()) {

@@ -1,5 +1,5 @@
 #pragma once
-// What the parts of `pantin modes` share.
+// Declarations shared by the parts of `pantin modes`.
 #include <string>
 #include <vector>
 
@@ -13,26 +13,26 @@
 namespace pantin::program {
 
 using namespace detail::modes;
-// Not those of the bodies of a scene.
+// Not the contacts of bodies in a scene.
 using detail::modes::Contact;
 using detail::modes::Friction;
 using detail::modes::Motion;
 
-/// What the command line asks for.
+/// Options of the command line.
 struct ModesChoices {
   std::string scene, lamina, out, path, move, against, axes;
   std::vector<double> mu, range{0, 1};
   int size = 256, samples = 101;
   double duration = 0;  // s; 0: the scene's
   double at = 0;        // s
-  std::string running;  // how the lamina moves then: a letter for each finger, or by dynamics
+  std::string running;  // the lamina's present motion: a letter for each finger, or by dynamics
   bool uncertain = false, advise = false, json = false;
 };
 
-/// The fingers of a lamina that touch it at the start, as contacts.
+/// The fingers that touch a lamina at the start, as contacts.
 struct Grasp {
   const LaminaPlan* plan = nullptr;
-  std::vector<std::size_t> fingers;  // of each contact, in the plan
+  std::vector<std::size_t> fingers;  // the finger of each contact, as index in the plan
   std::vector<Contact> contacts;
   std::vector<Real> roll, slide;
   std::vector<Spread> spreads;
@@ -43,10 +43,10 @@ struct Grasp {
     return plan->fingers[fingers[contact]].name;
   }
 };
-/// Nothing after a complaint: no finger touches.
+/// Returns nothing after an error: no finger touches.
 std::optional<Grasp> grasp_of(const LaminaPlan& plan, const std::string& file);
 
-/// "left sticks, right slides", leaving out who separates if `others` is empty.
+/// "left sticks, right slides"; separating fingers are omitted if `others` is empty.
 std::string in_words(const Grasp& grasp, const Signs& signs);
 
 int print_modes(const Grasp& grasp, const ModesChoices& c);
@@ -57,12 +57,13 @@ int follow_path(LaminaPlan plan, const ModesChoices& c);
 int move_on(const Scene& scene, const LaminaPlan& plan, const ModesChoices& c);
 int compare_with_dynamics(const Scene& scene, const LaminaPlan& plan, const ModesChoices& c);
 
-/// The fingers as a stepper takes them, at a time (s); `until` is when the first of them turns.
+/// The fingers as input of a stepper, at a time (s); at `until` the first of them changes its
+/// velocity.
 std::vector<Finger> fingers_at(const LaminaPlan& plan, double time, double& until);
-/// A part without an outline cannot be moved: false after a complaint.
+/// Returns false after an error if the part has no outline, so that it cannot move.
 bool can_move(const LaminaPlan& plan, const ModesChoices& c);
 
-/// A lamina on its way along the paths of its fingers.
+/// The quasi-static motion of a lamina as its fingers follow their paths.
 struct Course {
   const LaminaPlan& plan;
   Part part{plan.outline, plan.centre, plan.force, plan.torque};
@@ -72,29 +73,29 @@ struct Course {
   bool zeno = false;
   std::size_t choices = 0;
 
-  /// On to a time, turn by turn of the fingers.
+  /// Advances to a time, in intervals of constant finger velocities.
   StepEnd to(double target);
-  Vec2 centre() const;  // of mass
+  Vec2 centre() const;  // the mass centre
 };
-/// The lamina and its fingers where the scene's World has brought them at ModesChoices::at.
-/// Fills in `running`. Nothing after a complaint, or an interruption.
+/// The state of lamina and fingers in the scene's World at ModesChoices::at. Sets `running`.
+/// Returns nothing after an error, or an interruption.
 std::optional<LaminaPlan> plan_at(const Scene& scene, LaminaPlan plan, ModesChoices& c);
 
-/// Why a course came to an end.
+/// Why a course ended.
 std::string why(const StepEnd& end);
 
-/// A lamina where it was at equal intervals (s) from 0 on.
+/// Placements of a lamina at equal intervals (s), from 0 on.
 struct Places {
   std::span<const Placement> list;
   double interval = 0;
 };
-/// The text of a scene in which the lamina follows its quasi-static motion as a kinematic body
-/// among its fingers: for other commands to draw.
+/// A scene file in which the lamina follows its quasi-static motion as a kinematic body among its
+/// fingers, for other commands to draw.
 std::string scene_along(const Scene& scene, const LaminaPlan& plan, const Places& places);
-/// The same where it moves by dynamics, its fingers slower by a factor. Outlines must be convex.
+/// The same under dynamics, with the fingers slower by a factor. Outlines must be convex.
 std::string scene_of_dynamics(const Scene& scene, const LaminaPlan& plan, double duration,
                               double slower);
-/// Of the balls that stand for point fingers there, m.
+/// The radius of the balls that represent point fingers there, m.
 double radius_of_finger(const LaminaPlan& plan);
 
 }  // namespace pantin::program

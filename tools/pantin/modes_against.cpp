@@ -1,4 +1,4 @@
-// The same lamina by quasi-static modes and by dynamics, at falling speed of its fingers.
+// Compares the quasi-static motion of a lamina with dynamics, at decreasing speeds of its fingers.
 #include "tools/pantin/modes_against.hpp"
 
 #include <fmt/format.h>
@@ -27,8 +27,8 @@ Parting compare(const LaminaPlan& plan, const Run& a, const Run& b, double way) 
   return p;
 }
 
-/// What of the quasi-static assumptions did not hold where they parted: all that is beyond its
-/// bound, or what comes nearest to it.
+/// The violated quasi-static assumptions where the runs diverge; if none is violated, the one
+/// nearest to its bound.
 std::string broken(const std::vector<Breach>& all) {
   std::string words;
   for (const Breach& b : all)
@@ -39,7 +39,8 @@ std::string broken(const std::vector<Breach>& all) {
 
 Ink ink_of_run(std::size_t r) { return r == 0 ? Ink{190, 190, 190} : ink_of(r - 1); }
 
-/// Lines through points of each run, the prediction below the others; points may be missing.
+/// Polylines through the points of each run, the prediction below the others; points may be
+/// missing.
 template <class Point>
 void draw_lines(Canvas& canvas, const std::vector<const Run*>& runs, const Point& point) {
   for (std::size_t r = runs.size(); r-- > 0;)
@@ -49,7 +50,7 @@ void draw_lines(Canvas& canvas, const std::vector<const Run*>& runs, const Point
     }
 }
 
-/// A value over the time.
+/// A chart of a value over time.
 void draw_panel(Canvas& canvas, const Frame& frame, const std::vector<const Run*>& runs,
                 double (*value)(const Row&)) {
   draw_lines(canvas, runs, [&](const Run& run, std::size_t i) -> std::optional<Spot> {
@@ -57,8 +58,8 @@ void draw_panel(Canvas& canvas, const Frame& frame, const std::vector<const Run*
   });
 }
 
-/// Friction that two fingers use: a finger that slides uses its coefficient, one that sticks less.
-/// The mode bounces from one coefficient to the other.
+/// The friction used by two fingers: the coefficient of one that slides, less for one that sticks.
+/// The mode alternates between the coefficients.
 void draw_friction(Canvas& canvas, const LaminaPlan& plan, const std::vector<const Run*>& runs,
                    double left) {
   std::vector<std::size_t> two;

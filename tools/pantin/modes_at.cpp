@@ -1,4 +1,4 @@
-// A lamina where its World has brought it: `pantin modes --at`.
+// The state of a lamina in its World at a time: `pantin modes --at`.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,10 +11,10 @@
 namespace pantin::program {
 namespace {
 
-constexpr double kTouch = 1e-6;   // of the outline's extent, as where scenes are read
+constexpr double kTouch = 1e-6;   // relative to the outline's extent, as in the scene reader
 constexpr double kForEver = 1e6;  // s
 
-/// What is left of a path from a time on.
+/// The rest of a path from a time on.
 std::vector<Waypoint> rest_of(const std::vector<Waypoint>& path, double time, Vec2 at) {
   std::vector<Waypoint> rest{{0, at}};
   for (const Waypoint& w : path)

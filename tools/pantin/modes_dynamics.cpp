@@ -1,4 +1,5 @@
-// The runs that `pantin modes --against dynamics` compares, and what of quasi-statics they break.
+// The runs that `pantin modes --against dynamics` compares, and the quasi-static assumptions they
+// violate.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,15 +12,15 @@
 namespace pantin::program {
 namespace {
 
-constexpr double kSlips = 0.2;    // of the fastest finger's speed: the contact slides
-constexpr double kSettled = 0.1;  // of the duration, in which dynamics comes from rest
+constexpr double kSlips = 0.2;    // of the fastest finger's speed: above it the contact slides
+constexpr double kSettled = 0.1;  // fraction of the duration in which dynamics settles from rest
 
 /// A simulation, its lamina and the fingers in the order of the plan.
 struct DynamicCourse {
   Simulation sim;
   Entity lamina;
   std::vector<Entity> fingers;
-  double slides = 0;  // m/s: a contact that slips faster slides
+  double slides = 0;  // m/s: above this slip speed a contact slides
 };
 
 struct Slip {
@@ -27,7 +28,7 @@ struct Slip {
   bool bears = false;
 };
 
-/// What a finger does to the lamina now.
+/// The present contact of a finger with the lamina.
 Slip slip_at(const World& world, Entity lamina, Entity finger) {
   Slip s;
   const std::uint32_t a = world.bodies.slot(lamina), b = world.bodies.slot(finger);
@@ -45,7 +46,7 @@ Slip slip_at(const World& world, Entity lamina, Entity finger) {
   return s;
 }
 
-/// One row: steps until `target` (s), friction set by slip before each.
+/// One row: steps until `target` (s); before each the friction is set by slip.
 bool run_row(DynamicCourse& s, const LaminaPlan& plan, double target, Row& row) {
   World& world = s.sim.world;
   const double step = s.sim.settings.h, start = world.time;
@@ -94,7 +95,7 @@ Row row_of(const Course& course) {
   return row;
 }
 
-/// Calls `see` with each stretch of a finger's path and the part of it within the duration.
+/// Calls `see` with each segment of a finger's path and its fraction within the duration.
 template <class See>
 void each_stretch(const LaminaPlan& plan, double duration, See see) {
   for (const FingerPlan& f : plan.fingers)
@@ -105,7 +106,7 @@ void each_stretch(const LaminaPlan& plan, double duration, See see) {
     }
 }
 
-/// The rows that are looked at: from where dynamics has settled to where the runs part.
+/// The compared rows: from where dynamics has settled to where the runs diverge.
 struct Window {
   std::size_t first, last;
 };
@@ -127,7 +128,8 @@ Breach inertia_in(const Run& run, Window w, double load) {
   return b;
 }
 
-/// A finger that does not what was predicted, in rows around which the prediction stays the same.
+/// A finger whose contact state differs from the prediction, in rows with a constant prediction
+/// around them.
 Breach fingers_in(const LaminaPlan& plan, const Run& q, const Run& run, Window w) {
   const double speed = speed_of(plan, 1e300);
   Breach slip{0, 0.05, "no contact slips that should stick"}, lost{0, 0.1, "none is lost"};
@@ -193,7 +195,7 @@ std::optional<Run> simulate(const Scene& like, const LaminaPlan& plan, double du
   for (int i = 0; i < kRows; ++i) {
     Row& row = run.rows.emplace_back();
     if (!run_row(s, plan, duration * slower * i / (kRows - 1), row)) return std::nullopt;
-    for (AtFinger& f : row.fingers) f.slip *= slower;  // as at full speed
+    for (AtFinger& f : row.fingers) f.slip *= slower;  // scaled to full speed
   }
   return run;
 }
@@ -223,7 +225,7 @@ std::vector<Breach> breaches(const LaminaPlan& plan, const Prediction& q, const 
   std::vector<Breach> all{inertia_in(run, w, std::hypot(load.x, load.y)),
                           fingers_in(plan, q.run, run, w),
                           roundness_in(plan, run, w, way_of(plan, 1e300))};
-  // A choice that quasi-statics had to make decides where dynamics may go another way.
+  // If several modes are feasible, dynamics may follow another one.
   for (std::size_t i = 0; i <= w.last; ++i) {
     if (q.choices[i] > 1)
       all.push_back({1, 1, fmt::format("{} modes held and one had to be chosen", q.choices[i])});

@@ -1,4 +1,4 @@
-// Laminas of a scene as the library of contact modes takes them.
+// Converts laminas of a scene to the input of the contact-mode library.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -12,7 +12,7 @@ namespace pantin::program {
 
 namespace {
 
-/// Where it touches: a flat finger the corners that lie on it.
+/// The contact points of a finger: for a flat one the corners that are on it.
 std::vector<Vec2> points_of(const LaminaPlan& plan, const FingerPlan& f) {
   if (!f.flat || plan.outline.empty()) return {f.point};
   std::vector<Vec2> points;

@@ -24,7 +24,7 @@ struct Chart {
   const Region& region(std::size_t k) const {
     return grasp.prepared.regions[static_cast<std::size_t>(map.regions[k])];
   }
-  /// Modes that are feasible somewhere in the map, by their place in it.
+  /// Modes that are feasible somewhere in the map, as indices.
   std::vector<std::size_t> seen() const {
     std::uint32_t all = 0;
     for (const std::uint32_t cell : map.cells) all |= cell;
@@ -71,15 +71,15 @@ void fill(Canvas& canvas, const Chart& chart, const Frame& frame) {
     }
 }
 
-/// A region in a frame, and its colour.
+/// A region in a frame, with its colour.
 struct Bounded {
   const Frame& frame;
   const Cut& cut;
   Ink ink;
 };
 
-/// Draws where a region ends, along the curve of one of its forms: closed forms, column by column
-/// and, for what is steep, row by row.
+/// Draws a region's boundary along the curve of one of its forms: in closed form, column by column,
+/// and row by row where the curve is steep.
 void outline_form(Canvas& canvas, const Bounded& of, const Bilinear& form) {
   const Frame& frame = of.frame;
   const Cut& cut = of.cut;
@@ -109,7 +109,7 @@ void outline_form(Canvas& canvas, const Bounded& of, const Bilinear& form) {
   }
 }
 
-/// The modes' characters in a grid; several side by side where several hold.
+/// The letters of the modes on a grid; several side by side where several modes are feasible.
 void letter(Canvas& canvas, const Chart& chart, const Frame& frame) {
   const std::vector<std::size_t> seen = chart.seen();
   int most = 1;
@@ -164,7 +164,7 @@ int draw(const Chart& chart, const ModesChoices& c) {
   return write_or_complain(c.out, canvas->bytes());
 }
 
-/// "mu1,mu2" or "1,2"; false after a complaint.
+/// Parses "mu1,mu2" or "1,2"; returns false after an error.
 bool read_axes(const Grasp& g, const ModesChoices& c, Slice& slice) {
   const std::size_t n = g.contacts.size(), comma = c.axes.find(',');
   const auto contact = [&](std::string word) -> std::size_t {
@@ -184,7 +184,7 @@ bool read_axes(const Grasp& g, const ModesChoices& c, Slice& slice) {
   return false;
 }
 
-/// The modes of the map and their shares of it.
+/// Prints the modes of the map and their shares.
 void print_shares(const Chart& chart, const ModesChoices& c) {
   const Grasp& g = chart.grasp;
   const std::vector<std::uint32_t>& cells = chart.map.cells;
@@ -209,7 +209,7 @@ void print_shares(const Chart& chart, const ModesChoices& c) {
   print_json(j);
 }
 
-/// Into the file of --out.
+/// Writes the file of --out.
 int write_map(const Chart& chart, const ModesChoices& c) {
   if (!c.out.ends_with(".csv")) return draw(chart, c);
   return write_or_complain(c.out, as_csv(chart.grasp.prepared, chart.slice, chart.map));

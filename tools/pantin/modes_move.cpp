@@ -1,4 +1,4 @@
-// Laminas on their way: the bound of friction along a motion, and motions as they come about.
+// Moving laminas: the friction needed for a given motion, and the motion that follows from modes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace pantin::program {
 namespace {
 
-/// Normals and points of the fingers that touch, now.
+/// Sets the present normals and points of the touching fingers.
 void prepare_now(const Course& course, Prepared& p) {
   double until;
   std::vector<Finger> fingers = fingers_at(course.plan, course.time, until);
@@ -142,18 +142,18 @@ int follow_path(LaminaPlan plan, const ModesChoices& c) {
   return kOk;
 }
 
-/// Most switches of the mode that are told of one sample.
+/// Most mode switches reported for one sample.
 constexpr int kMostSwitches = 16;
-/// Of the time between two samples.
+/// Relative to the interval between two samples.
 constexpr double kSharp = 1e-9;
 
-/// A mode and when it began, s.
+/// A mode, and its start time, s.
 struct Began {
   double time = 0;
   std::string mode;
 };
 
-/// Appends the modes that begin on the way to `target`, each with its time, found by halving.
+/// Appends the modes that begin before `target`, each with its time, found by bisection.
 void add_switches(const Course& before, double target, std::vector<Began>& began) {
   std::optional<Course> course(before);
   for (int i = 0; i < kMostSwitches; ++i) {

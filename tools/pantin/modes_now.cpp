@@ -10,7 +10,7 @@
 namespace pantin::program {
 namespace {
 
-/// A mode as both outputs tell it.
+/// A mode, as input of both output formats.
 struct Told {
   std::string name;
   Signs signs;
@@ -23,10 +23,10 @@ struct Told {
 
   bool bears(std::size_t i) const { return (signs.roll | signs.plus | signs.minus) >> i & 1; }
 };
-/// m/s, of the fastest motion: a finger that parts no faster stays where it touches.
+/// m/s, relative to the fastest motion: a finger that separates more slowly keeps its contact.
 constexpr Real kStays = 1e-9;
 
-/// How fast the lamina moves past a finger, m/s.
+/// The velocity of the lamina at a finger, relative to it, m/s.
 Vec2 past(const Contact& c, Vec3 twist) {
   return Vec2{twist.x - twist.z * c.point.y, twist.y + twist.z * c.point.x} - c.velocity;
 }
@@ -86,7 +86,7 @@ std::string interval_words(const Interval& i) {
                                : fmt::format("{:.4g} upwards", i.low);
 }
 
-/// Whether a finger that bears nothing does not part either: it could bear.
+/// Whether a finger without force does not separate either, so that it could carry force.
 bool stays(const Grasp& g, const Told& t, std::size_t i) {
   Real fastest = 0;
   for (const Contact& c : g.contacts) {

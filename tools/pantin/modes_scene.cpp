@@ -1,4 +1,4 @@
-// Laminas as bodies of a scene: what other commands draw and move.
+// Laminas as bodies of a scene, for other commands to draw and move.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,9 +10,9 @@
 namespace pantin::program {
 namespace {
 
-/// Sizes beside the outline's extent.
+/// Sizes relative to the outline's extent.
 constexpr double kFinger = 0.01, kThick = 0.04, kFlat = 10;
-// Part of a stretch of a path in which a finger turns into the next.
+// Fraction of a path segment in which a finger changes over to the next.
 constexpr double kTurn = 0.002;
 
 Json triple(Vec2 v, double z = 0) { return Json::array({v.x, v.y, z}); }
@@ -30,7 +30,7 @@ Json shapes_of(const LaminaPlan& plan, double thick) {
   return shapes;
 }
 
-/// Where the body of a finger stands when its point is there.
+/// The position of a finger's body for a position of its contact point.
 Vec2 behind(const FingerPlan& f, Vec2 point, double size) {
   return point - kFinger * size * f.normal;
 }
@@ -52,7 +52,8 @@ Json finger_body(const LaminaPlan& plan, std::size_t i, double size) {
   return body;
 }
 
-/// Its path in keys, slower by a factor; a key before and one after, for a steady pace.
+/// The finger's path as keys, slower by a factor; a key before and one after keep the speed
+/// constant.
 Json finger_path(const FingerPlan& f, double duration, double slower, double size) {
   Json keys = Json::array();
   const auto add = [&](double time, Vec2 at) {
@@ -79,7 +80,7 @@ Json finger_path(const FingerPlan& f, double duration, double slower, double siz
   return {{"body", fmt::format("finger {}", f.name)}, {"keyframes", keys}};
 }
 
-/// All but the lamina's own body.
+/// The scene without the lamina's own body.
 Json frame_of(const Scene& scene, const LaminaPlan& plan, double duration, double slower) {
   const double size = extent(plan.outline);
   const Vec3 g = scene.world.gravity;

@@ -1,5 +1,5 @@
-// Modes where friction is only known to lie somewhere: probabilities, worst cases, and the smallest
-// change of a finger's place that makes a mode certain.
+// Modes for uncertain friction: probabilities, worst cases, and the smallest displacement of a
+// finger that makes a mode certain.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ struct Bounds {
   OwnFriction low{}, high{};
 };
 
-/// A region's own coefficients, of all.
+/// A region's own coefficients, taken from all.
 Bounds own_bounds(const Region& r, std::span<const Spread> spreads) {
   Bounds own;
   for (std::size_t k = 0; k < static_cast<std::size_t>(r.variables()); ++k) {
@@ -31,7 +31,7 @@ WorstCase worst_of(const Region& r, std::span<const Spread> spreads) {
   return worst_case(r, own.low, own.high);
 }
 
-/// The one mode that always holds while no other ever does, or -1.
+/// The mode that is feasible for all coefficients while no other ever is, or -1.
 int certain_mode(const Prepared& p, std::span<const Spread> spreads) {
   int found = -1;
   for (std::size_t i = 0; i < p.regions.size(); ++i) {
@@ -55,7 +55,7 @@ std::string percent(const Probability& p) {
                        : fmt::format("{:.4f} %", 100 * p.value);
 }
 
-/// How far a finger may go along its edge, m; without an outline half the grasp's size.
+/// How far a finger may move along its edge, m; without an outline half the grasp's size.
 Bounds reach_of(const Grasp& g, std::size_t contact) {
   const FingerPlan& f = g.plan->fingers[g.fingers[contact]];
   const auto& outline = g.plan->outline;
@@ -70,14 +70,15 @@ Bounds reach_of(const Grasp& g, std::size_t contact) {
   return reach;
 }
 
-/// A finger's move along its edge, counter-clockwise positive, and the mode that it makes certain.
+/// A displacement of a finger along its edge, counter-clockwise positive, and the mode that it
+/// makes certain.
 struct Move {
   std::size_t contact = 0;
   Real by = 0;  // m
   std::string mode, words;
 };
 
-/// The mode that is certain once a finger has moved, or "".
+/// The mode that is certain after the displacement, or "".
 std::string certain_after(const Grasp& g, Move& move) {
   Grasp moved = g;
   Contact& c = moved.contacts[move.contact];
@@ -90,7 +91,8 @@ std::string certain_after(const Grasp& g, Move& move) {
   return name_of(moved.prepared, r);
 }
 
-/// The smallest move of this finger, to a millionth of its reach, from steps of a 400th.
+/// The smallest displacement of this finger: steps of a 400th of its reach, refined to a millionth
+/// of it.
 std::optional<Move> smallest_move(const Grasp& g, std::size_t contact) {
   constexpr int kSteps = 400;
   const Bounds reach = reach_of(g, contact);

@@ -13,7 +13,7 @@
 namespace pantin::program {
 namespace {
 
-/// A scene to begin with: small enough to be read at once, one of each thing that it shows.
+/// A starting scene: short enough to read at once, with one of each thing that it shows.
 struct Template {
   std::string_view name, about, text;
 };
@@ -120,7 +120,7 @@ int write_new(const NewChoices& choices) {
   namespace fs = std::filesystem;
   const auto* found = std::find_if(std::begin(kTemplates), std::end(kTemplates),
                                    [&](const Template& t) { return t.name == choices.from; });
-  // An editor finds the keys where the scene says they are.
+  // An editor finds the schema at the path that the scene names.
   const fs::path schema = fs::path(choices.path).parent_path() / "scene.schema.json";
   std::error_code ignored;
   if (schema == choices.path) {

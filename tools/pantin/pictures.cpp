@@ -38,7 +38,7 @@ std::string PictureChoices::idle_option() const {
 #ifdef PANTIN_HAS_RENDER
 namespace {
 
-constexpr double kMostGifRate = 50;  // pictures a second; players show faster ones slowly
+constexpr double kMostGifRate = 50;  // pictures per second; players show faster GIFs slowly
 
 GlPath gl_path(const std::string& name) {
   if (name == "surfaceless") return GlPath::surfaceless;
@@ -46,20 +46,20 @@ GlPath gl_path(const std::string& name) {
   return name == "osmesa" ? GlPath::osmesa : GlPath::automatic;
 }
 
-/// What frames are drawn with and written by.
+/// The renderer and the writer of frames.
 struct FrameMakers {
   std::unique_ptr<Renderer> renderer;
   std::unique_ptr<Capture> capture;  // null: a strip only
 };
 
-/// The frames of a run.
+/// The format of the frames.
 struct FrameFormat {
   int width = 0, height = 0;  // pixels
   double fps = 0;
   std::uint64_t count = 0;
 };
 
-/// Every frame that a run shows, and those that a strip keeps of them.
+/// Draws every frame of a run, and keeps those of a strip.
 class DrawnPictures final : public Pictures {
  public:
   DrawnPictures(const PictureChoices& choices, const Scene& scene, const FrameFormat& frames,
@@ -80,7 +80,7 @@ class DrawnPictures final : public Pictures {
       strip_.emplace(choices.strip_columns, choices.strip_rows, width, height);
   }
 
-  /// The picture of the start, which no step leads to.
+  /// The initial picture, before the first step.
   void draw_start(const World& world) { draw_frame(world, {}, 0); }
 
   void before_step(const World& world) override {
@@ -130,7 +130,7 @@ class DrawnPictures final : public Pictures {
     Overlay overlay;
     overlay.joints = choices_.overlay;
     const std::string time = fmt::format("t = {:.3f} s", static_cast<double>(k) / fps_);
-    // The small pictures of a strip or a GIF have room for the time only.
+    // Small pictures have room for the time only.
     overlay.lines = {time};
     if (!choices_.frames.empty() || !choices_.video.empty())
       overlay.lines = {title_, time,
@@ -172,7 +172,7 @@ std::variant<std::unique_ptr<Pictures>, PictureFailure> Pictures::open(
                            choices.size)}},
         kUsage};
   const double fps = choices.fps > 0 ? choices.fps : scene.output.fps;
-  // Frames 0, 1, ... at k / fps, the end of the run excluded: one second at 25 fps has 25.
+  // Frames 0, 1, ... at k / fps, without the end of the run: one second at 25 fps has 25.
   const auto frames = std::max<std::uint64_t>(
       1, static_cast<std::uint64_t>(static_cast<double>(steps) * scene.step * fps * (1 + 1e-12)));
   RenderOptions options;

@@ -18,31 +18,32 @@ struct PictureChoices {
   int strip_columns = 6, strip_rows = 2;
   bool overlay = false;
   bool wanted() const { return captured() || !strip.empty(); }
-  /// More than a strip.
+  /// Whether more than a strip is made.
   bool captured() const { return !frames.empty() || !video.empty() || !gif.empty(); }
-  /// What is wrong with options that say how pictures are made, where none are; empty: nothing.
+  /// Reports options that specify how pictures are made although none are; empty: no fault.
   std::string idle_option() const;
 };
 
-/// Why pictures cannot be made or written, and which exit code that is.
+/// Why pictures cannot be made or written, with the exit code.
 struct PictureFailure {
   std::vector<Error> errors;
   int exit_code;
 };
 
-/// Draws what is due after each step. Frame k shows the time k / fps, between two steps if need be.
+/// Draws the frames due after each step. Frame k shows the time k / fps, interpolated between two
+/// steps.
 class Pictures {
  public:
-  /// Everything that can fail early fails here. Frames are drawn from `scene` as it is now.
+  /// Detects early all failures that can be. Frames are drawn from the present `scene`.
   static std::variant<std::unique_ptr<Pictures>, PictureFailure> open(const PictureChoices& choices,
                                                                       const Scene& scene,
                                                                       std::uint64_t steps);
   virtual ~Pictures() = default;
   /// Remembers the poses before a step.
   virtual void before_step(const World& world) = 0;
-  /// Draws the frames that fell due; `worst_gap` (m) goes into the label. False once it failed.
+  /// Draws the due frames; `worst_gap` (m) goes into the label. Returns false once it has failed.
   virtual bool after_step(const World& world, double worst_gap) = 0;
-  /// Waits for the writers. Frames written.
+  /// Waits for the writers. Returns the number of frames written.
   virtual std::variant<std::size_t, PictureFailure> finish() = 0;
 };
 

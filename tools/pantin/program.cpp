@@ -26,10 +26,10 @@ using namespace detail;
 
 namespace {
 
-// A signal handler can reach nothing else.
+// Global, because a signal handler can access nothing else.
 volatile std::sig_atomic_t g_interrupted = 0, g_at_once = 0;
 
-/// The solver settings that the command line asks for.
+/// The solver settings given on the command line.
 SolverChoices solver_choices(const SceneChoices& c) {
   SolverChoices choices;
   if (c.solver) solver_from_name(c.solver->c_str(), choices.solver.emplace());
@@ -42,14 +42,14 @@ SolverChoices solver_choices(const SceneChoices& c) {
   return choices;
 }
 
-/// Why an option cannot do what it is for, or nothing.
+/// Why an option has no effect, or an empty string.
 std::string idle_option(const SceneChoices& c, const World& world) {
   const char* option = c.integrator      ? "--integrator"
                        : c.tolerance     ? "--tolerance"
                        : c.stabilisation ? "--stabilisation"
                                          : nullptr;
   if (!option) return {};
-  const SolverSettings* odd = nullptr;  // takes no tolerance
+  const SolverSettings* odd = nullptr;  // supports no tolerance
   bool any = false;
   const auto look = [&](const SolverSettings& s) {
     if (s.solver != Solver::lagrangian) return;
@@ -76,8 +76,8 @@ double now() {
   return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
 }
 
-/// Joints of an island that cannot be closed together, by their names, a line for each island at
-/// the first of them. Joints that stand at a mirrored root are a warning.
+/// Joints of an island that contradict one another, by name; one line per island, at the first of
+/// them. Joints that are assembled in a mirrored configuration are a warning.
 std::vector<Error> contradictions(const std::string& path, Scene& scene) {
   std::vector<Error> found;
   for (std::size_t i = 0; i < lagrangian::islands_of(scene.world).size(); ++i) {
@@ -133,7 +133,7 @@ Result<Scene> read_scene(const std::string& path, const SceneChoices& choices) {
     return Error{path + ": " + why};
   compile_if_changed(scene.world);
   for (const StructureFault& f : partition_of(scene.world).faults)
-    if (!f.is_minor)  // of which the reader warned
+    if (!f.is_minor)  // the reader has warned of those
       scene.warnings.push_back(
           fmt::format("{}: {} {}{}", path, scene.world.name_of(f.link), f.reason,
                       f.kind == StructureFault::left_out ? "; it is left out" : ""));
@@ -179,21 +179,20 @@ int write_or_complain(const std::string& path, std::string_view text) {
 void complain(const std::string& line) { print_error("pantin: " + line); }
 
 void print_json(const Json& json) {
-  // In ASCII: of all characters that terminals act upon, JSON itself asks only for some to be
-  // escaped.
+  // In ASCII: JSON does not escape all characters that terminals interpret.
   fmt::print("{}\n", json.dump(2, ' ', true, Json::error_handler_t::replace));
 }
 
 void catch_interrupts() {
   struct sigaction action = {};
   action.sa_handler = [](int) {
-    if (g_interrupted || g_at_once > 0) _exit(kInterrupted);  // asked twice: at once
+    if (g_interrupted || g_at_once > 0) _exit(kInterrupted);  // second request: exit at once
     g_interrupted = 1;
   };
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
   sigaction(SIGHUP, &action, nullptr);
-  // Writing then fails, and is told.
+  // Writes then fail, which is reported.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
 }

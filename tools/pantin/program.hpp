@@ -1,5 +1,5 @@
 #pragma once
-// What the subcommands of the program share.
+// Declarations shared by the subcommands of the program.
 #include <atomic>
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
@@ -31,13 +31,13 @@ void add_schema(CommandLine& program);
 void add_surface(CommandLine& program);
 void add_new(CommandLine& program);
 void add_completion(CommandLine& program);
-/// The last: it knows all the others.
+/// The last: it lists all the others.
 void add_help(CommandLine& program);
 
-/// The JSON Schema of scene files, laid out to be read.
+/// The JSON Schema of scene files, formatted.
 std::string schema_text();
 
-/// How a scene is to be run, where the command line says so.
+/// Overrides of a scene's run settings by the command line.
 struct SceneChoices {
   std::optional<std::string> solver, integrator, stabilisation;
   std::optional<double> step, duration;  // s
@@ -52,40 +52,40 @@ void add_scene_choices(const Subcommand& command, SceneChoices& choices);
 /// --threads.
 void add_threads(const Subcommand& command, int& threads);
 
-/// Of a step whose status is contact_lost: what happened, at which joint of which body, and, where
-/// surfaces fit one another, what to use instead.
+/// Describes a step with status contact_lost: the event, the joint and the body; for conforming
+/// surfaces also the alternative.
 std::string words_of_lost_contact(const World& world, const StepReport& report);
 
-/// Reads a scene and applies the choices to it. More steps than kMostSteps are refused too, and
+/// Reads a scene and applies the choices to it. Errors include more steps than kMostSteps, and
 /// joints that contradict one another.
 inline constexpr double kMostSteps = 1e7;
 Result<Scene> read_scene(const std::string& path, const SceneChoices& choices);
-/// The same; complaints go to stderr, a line each.
+/// The same; errors go to stderr, a line each.
 std::optional<Scene> open_scene(const std::string& path, const SceneChoices& choices);
 /// The scene's warnings on stderr, a line each.
 void print_warnings(const Scene& scene);
 
-/// "1280x720" to its numbers; false if it is no such thing or beyond 16..8192.
+/// Parses "1280x720"; returns false if it is invalid or outside 16..8192.
 bool parse_size(const std::string& text, int& width, int& height);
 
-/// Whole steps of a duration, at least one.
+/// The number of whole steps in a duration, at least one.
 std::uint64_t steps_of(const Scene& scene);
 
-/// A line on stderr: "pantin: ...".
+/// Prints "pantin: ..." on stderr.
 void complain(const std::string& line);
-/// A line on stderr as it is. Both print only what is printable.
+/// Prints a line on stderr unchanged. Both functions make their text printable.
 void print_error(const std::string& line);
-/// Writes a whole file; the exit code, after complaints on stderr.
+/// Writes a whole file; reports errors on stderr and returns the exit code.
 int write_or_complain(const std::string& path, std::string_view text);
-/// JSON on stdout. Nothing in it acts upon a terminal.
+/// Prints JSON on stdout, without characters that a terminal interprets.
 void print_json(const Json& json);
 
-/// SIGINT, SIGTERM and SIGHUP set a flag; loops look at it between steps.
+/// SIGINT, SIGTERM and SIGHUP set a flag, which loops check between steps.
 void catch_interrupts();
 bool interrupted();
 
-/// While one of these lives the program ends at once when it is interrupted: nothing has been
-/// written that would have to be finished.
+/// While an instance exists, an interrupt ends the program at once, because no output needs to be
+/// completed.
 class EndsAtOnce {
  public:
   EndsAtOnce();
@@ -94,12 +94,12 @@ class EndsAtOnce {
   EndsAtOnce& operator=(const EndsAtOnce&) = delete;
 };
 
-/// A line that is written over and over on a terminal, and not at all elsewhere.
+/// A progress line, rewritten in place on a terminal; nothing elsewhere.
 class Progress {
  public:
   explicit Progress(std::string what);
   ~Progress();
-  /// At most ten times a second.
+  /// Updates at most ten times a second.
   void show(double part_done);
 
  private:
@@ -108,12 +108,12 @@ class Progress {
   double last_ = -1;
 };
 
-/// Printable, and bold if stdout is a terminal and NO_COLOR is not set.
+/// The text made printable, and bold if stdout is a terminal and NO_COLOR is not set.
 std::string bold(const std::string& text);
 
-/// Whether the solver `planar` moves a body.
+/// Whether the solver `planar` owns a body.
 bool is_planar(const World& world, std::uint32_t slot);
-/// The solvers that move the bodies of a world whose structure is built, and how many bodies each.
+/// The solvers in a World whose structure is built, with the number of bodies of each.
 std::vector<std::pair<Solver, std::size_t>> solvers_in_use(const World& world);
 /// The solver in use, or "mixed".
 std::string solver_in_use(const World& world);
@@ -125,7 +125,7 @@ Json solvers_json(const World& world);
 /// A hash as 16 hexadecimal digits.
 std::string hex(std::uint64_t hash);
 
-/// A residual of a pin or string that is farther from its place than the tolerance.
+/// The residual of a pin or cable that exceeds the tolerance.
 struct Unreached {
   std::string name, kind;
   double residual = 0;  // m
@@ -133,14 +133,13 @@ struct Unreached {
 };
 std::vector<Unreached> unreached(const World& world);
 
-/// CPU seconds of all threads of the program so far: what work takes, whatever else the machine
-/// does.
+/// CPU time of all threads of the program so far, s: independent of other load on the machine.
 double cpu_seconds();
 
-/// Median and higher percentiles of numbers; sorts them.
+/// A percentile of numbers, such as the median; sorts them.
 double percentile(std::vector<double>& numbers, double part);
 
-/// Calls of operator new so far, of the whole program, and the bytes that are in use.
+/// Calls of operator new so far in the whole program, and the bytes in use.
 std::uint64_t allocations();
 std::uint64_t live_bytes();
 

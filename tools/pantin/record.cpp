@@ -13,7 +13,7 @@ using namespace detail;
 
 namespace {
 
-/// A name as a CSV field: quoted where it has to be.
+/// A name as a CSV field, quoted if necessary.
 std::string field(const std::string& text) {
   if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
   std::string quoted = "\"";

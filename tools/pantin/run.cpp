@@ -31,37 +31,37 @@ struct RunChoices {
   bool hash = false, json = false, strict = false;
 };
 
-/// A lamina that went over to dynamics, or back to modes.
+/// A lamina that switched to dynamics, or back to modes.
 struct HandOver {
   double time = 0;          // s
-  std::string lamina, why;  // why: "" on the way back
+  std::string lamina, why;  // why: "" for the switch back
 };
 
-/// What a run has to tell.
+/// The results of a run.
 struct Summary {
   std::string status = "ok";
   std::uint64_t steps = 0;
-  double worst_gap = 0, worst_gap_rel = 0;                  // m, part of the size
+  double worst_gap = 0, worst_gap_rel = 0;                  // m, fraction of the size
   double energy_start = 0, energy_end = 0, energy_max = 0;  // J
-  double worst_residual = 0;                                // m, of pins and strings
+  double worst_residual = 0;                                // m, of pins and cables
   int most_rounds = 0;
   double worst_violation = 0, worst_depth = 0;  // rad, m
   int contacts_now = 0, stops_now = 0;
   int most_contacts = 0, most_stops = 0, most_capped = 0;
-  double acceleration2 = 0;  // sum, (m/s^2)^2 of mass centres, last second
+  double acceleration2 = 0;  // sum over the last second, (m/s^2)^2, of mass centres
   std::uint64_t still_samples = 0;
-  std::vector<Vec3> velocities;  // of the step before
+  std::vector<Vec3> velocities;  // of the previous step
   double energy_removed = 0;     // J, by the energy limiter
   std::uint64_t limited_steps = 0, rescued_steps = 0, allocations = 0, timed_steps = 0;
   std::vector<double> step_seconds;
   std::size_t frames = 0;
   std::uint64_t mode_switches = 0, dynamic_steps = 0;  // of laminas
   std::vector<HandOver> hand_overs;
-  std::vector<Entity> taken;            // islands that another solver stepped than they ask for
-  std::vector<std::string> taken_over;  // told of them
+  std::vector<Entity> taken;            // islands with another solver than requested
+  std::vector<std::string> taken_over;  // messages about them
   std::string lost_body;
   double lost_time = 0, lost_gap = 0;  // s, m
-  double cpu_seconds = 0;              // of all threads, over the loop
+  double cpu_seconds = 0;              // of all threads, in the loop
 };
 
 using Clock = std::chrono::steady_clock;
@@ -75,7 +75,7 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Accelerations of the mass centres over the last second of the run: how quiet it ends.
+/// Sums the accelerations of mass centres over the last second of the run, as a measure of rest.
 void note_quiet(const Simulation& sim, double until, Summary& s) {
   const auto bodies = sim.world.bodies.values();
   const bool late = sim.world.time > until - 1 && s.velocities.size() == bodies.size();
@@ -88,14 +88,14 @@ void note_quiet(const Simulation& sim, double until, Summary& s) {
   for (const Body& b : bodies) s.velocities.push_back(b.velocity);
 }
 
-/// One step, timed without its measures, and what is told of it.
+/// Takes a step, timed without its measures, and collects its results.
 StepReport timed_step(Simulation& sim, double until, Summary& s) {
   const std::uint64_t allocated = allocations();
   const Clock::time_point start = Clock::now();
   StepReport report = sim.step();
   s.step_seconds.push_back(seconds_since(start));
   if (s.steps > 0)
-    s.allocations += allocations() - allocated, ++s.timed_steps;  // the first warms up
+    s.allocations += allocations() - allocated, ++s.timed_steps;  // the first is a warm-up
   report.measures = measure(sim.world);
   const Measures& m = report.measures;
   s.worst_gap = std::max(s.worst_gap, m.worst_gap);
@@ -204,7 +204,7 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
   return j;
 }
 
-/// Each island once, by the line that was first told of it.
+/// Notes each island once, with its first message.
 void note_takeovers(const World& world, Summary& s) {
   const std::vector<Takeover>& now = world.memory.of<Takeovers>().list;
   const auto is_known = [&](const Takeover& t) {
@@ -270,7 +270,7 @@ int fail(const std::vector<Error>& errors, int exit_code) {
   return exit_code;
 }
 
-/// A run under way.
+/// The state of a run.
 struct Run {
   const RunChoices& choices;
   const Scene& scene;
@@ -278,19 +278,19 @@ struct Run {
   Summary& summary;
 };
 
-/// The loop: step, record, draw; null: neither of these. Leaves why it ended in the summary;
-/// returns the exit code.
+/// The loop: step, record, draw; null: without pictures or record. Stores the reason for its end in
+/// the summary; returns the exit code.
 int step_through(const Run& run, Pictures* pictures, Record* record) {
   const auto& [c, scene, sim, s] = run;
   const std::uint64_t steps = steps_of(scene);
   s.step_seconds.reserve(steps);
   Progress progress(scene.title);
-  // A row that could not be written is told when the record is closed.
+  // A row that could not be written is reported when the record is closed.
   const Real until = sim.world.time + scene.duration;
   const auto write_row = [&](const Measures& m) -> bool {
     return !record || static_cast<bool>(record->add(run.sim.world, m));
   };
-  if (record) compile_if_changed(sim.world);  // the first row has all columns too
+  if (record) compile_if_changed(sim.world);  // the first row needs all columns
   if (!write_row(measure(sim.world))) return kUnwritable;
   for (std::uint64_t i = 0; i < steps; ++i) {
     if (interrupted()) {

@@ -1,4 +1,4 @@
-// The options of commands that run scenes.
+// Options of the commands that run scenes.
 #include <fmt/format.h>
 #include <fmt/ranges.h>  // join, since fmt 11
 
@@ -9,7 +9,7 @@
 namespace pantin::program {
 namespace {
 
-/// The solver's name today for a word of the command line; warns of an old one.
+/// The current name of a solver on the command line; warns of a former one.
 std::string solver_of_today(const std::string& word) {
   for (const SolverInfo& s : kSolverInfos)
     if (!s.once.empty() && word == s.once) {

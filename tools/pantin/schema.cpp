@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kColumns = 100;
 
-/// The text of a value, what fits into a line in one; `used` columns of the line are taken.
+/// Formats a value, on one line if it fits; `used` columns of the line are taken.
 std::string laid_out(const Json& json, std::size_t indent, std::size_t used) {
   std::string whole = json.dump();
   if (!json.is_structured() || json.empty() || used + whole.size() < kColumns) return whole;

@@ -1,4 +1,4 @@
-// NURBS surfaces: read from JSON, STEP and IGES, checked, told of, drawn, written.
+// NURBS surfaces: reads JSON, STEP and IGES; checks, describes, draws and writes them.
 #include "engine/geometry/surface.hpp"
 
 #include <fcntl.h>
@@ -50,7 +50,7 @@ bool is_cad(const std::string& path) {
   return ending == ".step" || ending == ".stp" || ending == ".iges" || ending == ".igs";
 }
 
-/// A folder of its own for what the helper writes, removed at the end.
+/// A temporary folder for the output of the helper, removed at the end.
 struct WorkFolder {
   fs::path path;
   WorkFolder() {
@@ -72,7 +72,7 @@ std::string text_of(const fs::path& path) {
   return text.str();
 }
 
-/// The program that knows STEP and IGES: beside this one.
+/// The helper program for STEP and IGES, which is beside this one.
 std::optional<fs::path> find_helper() {
   std::error_code trouble;
   const fs::path own = fs::read_symlink("/proc/self/exe", trouble);
@@ -81,7 +81,7 @@ std::optional<fs::path> find_helper() {
   return helper;
 }
 
-/// Runs it; what it prints goes to `printed`. Its exit code, or -1.
+/// Runs the helper and collects its output in `printed`. Returns its exit code, or -1.
 int run_helper(const fs::path& helper, std::vector<std::string> arguments,
                const fs::path& printed) {
   std::string name = helper.string();
@@ -102,7 +102,7 @@ int run_helper(const fs::path& helper, std::vector<std::string> arguments,
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-/// Nothing after a complaint.
+/// Returns nothing after an error.
 std::optional<fs::path> helper_for(const std::string& path) {
   auto helper = find_helper();
   if (!helper)
@@ -114,7 +114,7 @@ std::optional<fs::path> helper_for(const std::string& path) {
   return helper;
 }
 
-/// What was read, and of CAD files what there is to tell of them.
+/// The surface that was read; for CAD files also what the helper reported.
 struct Read {
   LoadedSurface loaded;
   Json cad;
@@ -133,12 +133,12 @@ std::optional<Read> read_cad(const std::string& path) {
   const WorkFolder work;
   const fs::path made = work.path / "surface.json", told = work.path / "told.json";
   if (work.path.empty() || run_helper(*helper, {"read", path, made.string()}, told) != 0)
-    return std::nullopt;  // it has complained
+    return std::nullopt;  // reported already
   auto read = read_json(made.string());
   if (!read) return std::nullopt;
   read->cad = Json::parse(text_of(told), nullptr, false);
   const std::string own = made.string();
-  for (std::string& line : read->loaded.warnings)  // the file between is nobody's business
+  for (std::string& line : read->loaded.warnings)  // does not name the temporary file
     if (const auto at = line.find(own); at != line.npos) line.replace(at, own.size(), path);
   return read;
 }
@@ -191,7 +191,7 @@ Json summary_of(const SurfaceChoices& c, const Read& read) {
   return j;
 }
 
-/// Faces that are alike are counted.
+/// Groups equal faces, with their number.
 void print_faces(const Json& faces) {
   std::vector<std::pair<std::string, int>> kinds;
   for (const Json& f : faces) {
