@@ -30,7 +30,7 @@ struct RenderOptions {
 struct GlReport {
   std::string path, renderer, version;  // empty when none works
   std::vector<std::string> refused;     // one line for each failed path
-  int samples = 1;   // MSAA in use: as requested, or the driver's maximum
+  int samples = 1;   // MSAA in use: the number requested, or the most that the driver offers
   std::string font;  // the font file, or "built-in (ASCII only)"
 };
 

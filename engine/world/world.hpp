@@ -61,7 +61,7 @@ struct World {
   Store<Body> bodies;
   Store<detail::Force> forces;
   Store<Pose>
-      origins;  // of bodies placed by another frame: that frame in the mass-centre frame
+      origins;  // of bodies placed by a frame of their own: that frame in the mass-centre frame
   Store<Shapes> shapes;
   Store<detail::Link> links;  // of the joints of <pantin/joints.hpp>, like cables and gears
   Store<detail::Cable> cables;
