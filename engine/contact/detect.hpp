@@ -25,9 +25,9 @@ inline constexpr Real kAtRest = -1;
 ///
 /// At most 8 points for a pair of convex shapes and 16 for a shape on a mesh or a height field.
 /// Multipliers and spring offsets of the previous step are carried over to contacts of the same
-/// bodies and key (warm start). Sorted by slots and key without duplicates; does not allocate in the
-/// steady state. Contacts between bodies at rest, fixed ones or those with a reach of kAtRest, stay
-/// as they were.
+/// bodies and key (warm start). Sorted by slots and key without duplicates; does not allocate in
+/// the steady state. Contacts between bodies at rest, fixed ones or those with a reach of kAtRest,
+/// stay as they were.
 void find_contacts(World& world, std::span<const Real> reach);
 
 /// Detects the contacts of a step of `h` seconds from the poses at its start and the solvers'
