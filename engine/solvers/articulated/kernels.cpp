@@ -2,6 +2,7 @@
 // instruction set; PANTIN_KERNELS is its name.
 #include "engine/solvers/articulated/kernels.hpp"
 
+#include "engine/solvers/articulated/kernels/blocks.hpp"
 #include "engine/solvers/articulated/kernels/conserving.hpp"
 #include "engine/solvers/articulated/kernels/geometry.hpp"
 #include "engine/solvers/articulated/kernels/inward.hpp"
@@ -36,7 +37,10 @@ const Kernels PANTIN_JOINED(kernels_, PANTIN_KERNELS) = {PANTIN_TEXT(PANTIN_KERN
                                                          conserve_lanes,
                                                          kWide,
                                                          lane_numbers,
-                                                         scale};
+                                                         scale,
+                                                         add_loop_responses,
+                                                         subtract_products,
+                                                         subtract_row};
 
 }  // namespace pantin::detail::articulated
 

@@ -175,6 +175,15 @@ struct ConservingLanes {
   LaneOutcome* outcomes;    // one for each island
 };
 
+/// A joint whose response couples one row of blocks to the ties with a path through it. A block is
+/// 3 x 3, its columns padded to four numbers.
+struct LoopJoint {
+  const LoopStep* steps;
+  std::uint32_t first, last_tie;  // its first step; later ties are left out
+  bool is_free_root;
+  double by_torque[12], by_force[12];  // blocks: the row's response to torques and forces there
+};
+
 struct Kernels {
   const char* name;
   /// Predicts the free motion of every body: pose and angular velocity into the work table. False
@@ -210,6 +219,12 @@ struct Kernels {
   std::size_t (*lane_numbers)(std::size_t bodies, std::size_t trees, const LaneTies* ties);
   /// Scales all velocities; translation relative to `mean`.
   void (*scale)(const IslandView&, double factor, const double* mean);
+  /// Adds to a row of blocks, one for each tie, the products with the steps of a joint.
+  void (*add_loop_responses)(const LoopJoint&, double* row);
+  /// to -= a b^T of 3 x 3 blocks over `columns` columns, each padded to four numbers.
+  void (*subtract_products)(double* to, const double* a, const double* b, std::size_t columns);
+  /// to -= factor row.
+  void (*subtract_row)(double* to, const double* row, double factor, std::size_t count);
 };
 
 /// The fastest set for this machine; the environment variable PANTIN_KERNELS selects another.

@@ -131,4 +131,13 @@ struct TiePathStep {
   std::uint32_t column, parent;
 };
 
+/// A joint on the path from a rigid tie, or a body, to its root, in a group with contacts: the
+/// torque at the joint, and at a free root the force, by unit impulses along the world axes; three
+/// columns each. `next` is the step of the next tie at the same joint, in the order of ties.
+struct LoopStep {
+  std::uint32_t node = 0, tie = 0, next = UINT32_MAX;
+  double torque[9] = {}, force[9] = {};
+};
+inline constexpr std::uint32_t kNoLoopStep = UINT32_MAX;
+
 }  // namespace pantin::detail::articulated

@@ -12,6 +12,7 @@
 #include "engine/contact/contact_axes.hpp"
 #include "engine/contact/detect.hpp"
 #include "engine/contact/rolling_friction.hpp"
+#include "engine/solvers/articulated/lane_layout.hpp"
 
 namespace pantin {
 struct JointDrive;
@@ -158,8 +159,8 @@ struct GroupNode : NodeBody, NodeResponse {
   bool is_driven = false;  // may move without external forces: see is_driven
   GroupActuator actuator;
   GroupLimit limits[4];
-  int unlimited_for = 0;         // substeps in which no limit can be reached
-  std::uint32_t step = kNoNode;  // of the marked path to the root (group_loops.cpp)
+  int unlimited_for = 0;             // substeps in which no limit can be reached
+  std::uint32_t step = kNoLoopStep;  // of the first tie through its joint (group_loops.cpp)
   Wrench reaction;  // of the step: N s through the joint; the torque about it, without springs
 };
 
@@ -255,13 +256,6 @@ struct GroupTie {
   Vec3 passed{0};                           // N s over the step so far
 };
 
-/// A joint on the path from a body to the root: its torque per unit impulse on the body, along the
-/// world axes; at a free root the force too.
-struct PathStep {
-  std::uint32_t node = 0;
-  Mat3 torque{0}, force{0};
-};
-
 /// The rigid ties of one island, solved together: group_loops.cpp.
 struct GroupLoops {
   std::uint32_t first_tie = 0, ties = 0;
@@ -308,7 +302,7 @@ struct Group {
   std::span<GroupRolling> rollings;
   std::span<GroupLoops> loops;
   std::span<LoopedBody> looped;
-  std::span<PathStep> path_steps;
+  std::span<LoopStep> path_steps;
   std::span<Real> numbers;  // of loops, or of a group that rests
   // Of a group that rests:
   std::span<RestBody> resting;
@@ -487,7 +481,7 @@ struct GroupScratch {
   std::vector<GroupRolling> rollings;
   std::vector<GroupLoops> loops;
   std::vector<LoopedBody> looped;
-  std::vector<PathStep> path_steps;
+  std::vector<LoopStep> path_steps;
   std::vector<RestBody> resting;
   std::vector<RestContact> rest_contacts;  // as `contacts`
   std::vector<EnvelopeRow> rest_rows;

@@ -59,10 +59,14 @@ Wrenches passed_on(const GroupNode& n, const Wrenches& f) {
 }
 
 /// Adds a joint to a path and moves on to the parent; true while there is a parent.
-bool climb(const Group& g, std::uint32_t& node, Wrenches& f, PathStep*& to) {
+bool climb(const Group& g, std::uint32_t& node, Wrenches& f, LoopStep*& to) {
   const GroupNode& n = g.nodes[node];
   PANTIN_ASSERT(to < g.path_steps.data() + g.path_steps.size());
-  *to++ = {node, f.torque, f.force};
+  to->node = node;
+  for (int c = 0; c < 3; ++c)
+    for (int r = 0; r < 3; ++r)
+      to->torque[3 * c + r] = f.torque[c][r], to->force[3 * c + r] = f.force[c][r];
+  ++to;
   node = n.parent;
   if (node == kNoNode) return false;
   f = passed_on(n, f);
@@ -73,8 +77,8 @@ std::uint32_t node_of(const Group& g, std::uint32_t body) { return g.bodies[body
 
 /// The paths of a tie's two ends to the root, merged from their lowest common ancestor on.
 void find_way(const Group& g, GroupTie& t) {
-  PathStep* const begin = g.path_steps.data() + t.first_step;
-  PathStep* to = begin;
+  LoopStep* const begin = g.path_steps.data() + t.first_step;
+  LoopStep* to = begin;
   std::uint32_t a = node_of(g, t.a), b = node_of(g, t.b);
   Wrenches fa{Mat3(-1), -cross_matrix(t.arm_a)}, fb{Mat3(1), cross_matrix(t.arm_b)};
   const bool one_tree = a != kNoNode && b != kNoNode && g.nodes[a].tree == g.nodes[b].tree;
@@ -95,53 +99,56 @@ void find_way(const Group& g, GroupTie& t) {
   t.steps = static_cast<std::uint32_t>(to - begin);
 }
 
-std::span<PathStep> way_of(const Group& g, const GroupTie& t) {
+std::span<LoopStep> way_of(const Group& g, const GroupTie& t) {
   return g.path_steps.subspan(t.first_step, t.steps);
 }
 
-/// Marks the nodes on a path with the indices of their path steps.
-void mark(const Group& g, std::uint32_t first, std::span<PathStep> way) {
-  for (std::uint32_t i = 0; i < way.size(); ++i) g.nodes[way[i].node].step = first + i;
-}
-
-/// Block of A: the sum of T^T m T over the joints that two paths share.
-Mat3 shared(const Group& g, std::span<const PathStep> way, std::uint32_t first,
-            std::uint32_t count) {
-  Mat3 sum(0);
-  for (const PathStep& s : way) {
-    const GroupNode& n = g.nodes[s.node];
-    if (n.step - first >= count) continue;
-    const PathStep& other = g.path_steps[n.step];
-    if (other.node != s.node) continue;  // marked for another body
-    if (!n.free_root) {
-      sum += glm::transpose(other.torque) * (n.mobility * s.torque);
-      continue;
+/// Lists the steps of all ties by joint.
+void list_steps(const Group& g, const GroupLoops& l) {
+  for (const GroupTree& t : g.trees.subspan(l.first_tree, l.trees))
+    for (std::uint32_t i = t.first; i < t.first + t.count; ++i) g.nodes[i].step = kNoLoopStep;
+  for (std::uint32_t i = l.ties; i-- > 0;) {
+    const GroupTie& t = ties_of(g, l)[i];
+    for (std::uint32_t k = t.first_step; k < t.first_step + t.steps; ++k) {
+      LoopStep& step = g.path_steps[k];
+      GroupNode& n = g.nodes[step.node];
+      step.tie = i, step.next = n.step, n.step = k;
     }
-    const Response& r = n.response;
-    sum += glm::transpose(other.force) * (r.vf * s.force + r.vt * s.torque) +
-           glm::transpose(other.torque) * (glm::transpose(r.vt) * s.force + r.wt * s.torque);
   }
-  return sum;
 }
 
 void set_block(Real* to, const Mat3& m) {  // m(row, column) = m[column][row]
   for (int c = 0; c < 3; ++c, to += kWide)
     for (int r = 0; r < 3; ++r) to[r] = m[c][r];
 }
-/// to -= a b^T over `columns`.
-void subtract_products(Real* to, const Real* a, const Real* b, std::size_t columns) {
-  Real sum[3 * kWide] = {};
-  for (std::size_t k = 0; k < columns; ++k, a += kWide, b += kWide)
-    for (std::size_t c = 0; c < 3; ++c)
-      for (std::size_t r = 0; r < kWide; ++r) sum[c * kWide + r] += a[r] * b[c];
-  for (std::size_t i = 0; i < 3 * kWide; ++i) to[i] -= sum[i];
+Mat3 transposed(const Real (&m)[9]) {
+  return Mat3(m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]);
+}
+
+/// Adds the response of the ties up to `last`, one block each, to impulses with the given path: the
+/// sum of T^T m T over the joints that the paths share.
+void add_responses(const Group& g, std::span<const LoopStep> path, std::uint32_t last, Real* row) {
+  for (const LoopStep& s : path) {
+    const GroupNode& n = g.nodes[s.node];
+    const Mat3 torque = transposed(s.torque);
+    LoopJoint joint{g.path_steps.data(), n.step, last, n.free_root, {}, {}};
+    if (n.free_root) {
+      const Mat3 force = transposed(s.force);
+      const Response& r = n.response;
+      set_block(joint.by_torque, force * r.vt + torque * r.wt);
+      set_block(joint.by_force, force * r.vf + torque * glm::transpose(r.vt));
+    } else {
+      set_block(joint.by_torque, torque * n.mobility);
+    }
+    kernels().add_loop_responses(joint, row);
+  }
 }
 
 /// m - a b^T.
 Mat3 less_products(const Mat3& m, const Real* a, const Real* b, std::size_t columns) {
   Real block[3 * kWide] = {};
   set_block(block, m);
-  subtract_products(block, a, b, columns);
+  kernels().subtract_products(block, a, b, columns);
   return Mat3(block[0], block[1], block[2], block[kWide], block[kWide + 1], block[kWide + 2],
               block[2 * kWide], block[2 * kWide + 1], block[2 * kWide + 2]);
 }
@@ -179,29 +186,27 @@ void divide_row(const Group& g, const GroupLoops& l, Real* row, Blocks blocks) {
     const std::size_t from = std::max(first, ties[j].first), width = 3 * kWide;
     const Real* other = row_of(g, l, j);
     if (j > from)
-      subtract_products(row + j * width, row + from * width, other + from * width, 3 * (j - from));
+      kernels().subtract_products(row + j * width, row + from * width, other + from * width,
+                                  3 * (j - from));
     divide(row + j * width, other + j * width);
   }
 }
 
 void factor(const Group& g, const GroupLoops& l) {
   const std::span<GroupTie> ties = ties_of(g, l);
+  list_steps(g, l);
   for (std::uint32_t i = 0; i < l.ties; ++i) {
     GroupTie& t = ties[i];
-    mark(g, t.first_step, way_of(g, t));
     Real* row = row_of(g, l, i);
-    for (std::uint32_t j = t.first; j <= i; ++j) {
-      Mat3 block = shared(g, way_of(g, ties[j]), t.first_step, t.steps);
-      if (j == i) {
-        t.yield = kYield / 3 * (block[0][0] + block[1][1] + block[2][2]);
-        block += Mat3(t.yield);
-      }
-      set_block(row + j * 3 * kWide, block);
-    }
-    divide_row(g, l, row, {t.first, i});
     Real* own = row + i * 3 * kWide;
     const std::size_t from = t.first;
-    subtract_products(own, row + from * 3 * kWide, row + from * 3 * kWide, 3 * (i - from));
+    std::fill(row + from * 3 * kWide, own + 3 * kWide, Real(0));
+    add_responses(g, way_of(g, t), i, row);
+    t.yield = kYield / 3 * (own[0] + own[kWide + 1] + own[2 * kWide + 2]);
+    for (int k = 0; k < 3; ++k) own[k * kWide + k] += t.yield;
+    divide_row(g, l, row, {t.first, i});
+    kernels().subtract_products(own, row + from * 3 * kWide, row + from * 3 * kWide,
+                                3 * (i - from));
     factor_block(own, 0.01 * t.yield);
   }
 }
@@ -350,18 +355,16 @@ void prepare_looped(const Group& g, std::uint32_t body) {
   Real* const by_torque = by_force + l.ties * width;
   for (Real* row : {by_force, by_torque}) {
     const bool force = row == by_force;
-    PathStep* to = g.path_steps.data() + l.first_step;
+    LoopStep* to = g.path_steps.data() + l.first_step;
     Wrenches f{Mat3(force ? 1.0 : 0.0), Mat3(force ? 0.0 : 1.0)};
     std::uint32_t node = b.node;
     while (climb(g, node, f, to)) {
     }
     const auto count =
         static_cast<std::uint32_t>(to - g.path_steps.data() - std::ptrdiff_t(l.first_step));
-    mark(g, l.first_step, g.path_steps.subspan(l.first_step, count));
     const std::uint32_t first = std::min(l.ties, g.trees[g.nodes[b.node].tree].first_tie);
-    std::fill(row, row + first * width, Real(0));
-    for (std::uint32_t j = first; j < l.ties; ++j)
-      set_block(row + j * width, shared(g, way_of(g, ties_of(g, l)[j]), l.first_step, count));
+    std::fill(row, row + l.ties * width, Real(0));
+    add_responses(g, g.path_steps.subspan(l.first_step, count), l.ties, row);
     divide_row(g, l, row, {first, l.ties});
   }
   const Response& own = g.nodes[b.node].response;

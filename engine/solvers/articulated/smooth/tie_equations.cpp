@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "engine/solvers/articulated/internal.hpp"
+#include "engine/solvers/articulated/kernels.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
@@ -38,6 +39,7 @@ enum class Pivot : std::uint8_t { diagonal, largest };
 /// dependent rows. The matrix is destroyed either way.
 bool eliminate(Real* m, Real* x, std::size_t n, Pivot pivots) {
   const Real least = pivots == Pivot::diagonal ? kSafePivot : kClear;
+  const auto subtract_row = kernels().subtract_row;
   for (std::size_t k = 0; k < n; ++k) {
     std::size_t row = k;
     for (std::size_t i = k + 1; pivots == Pivot::largest && i < n; ++i)
@@ -53,7 +55,7 @@ bool eliminate(Real* m, Real* x, std::size_t n, Pivot pivots) {
       Real* const own = m + i * n;
       const Real f = own[k] * per;
       if (f == 0) continue;
-      for (std::size_t j = k + 1; j < n; ++j) own[j] -= f * pivot[j];
+      subtract_row(own + k + 1, pivot + k + 1, f, n - k - 1);
       x[i] -= f * x[k];
     }
   }
