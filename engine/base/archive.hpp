@@ -108,7 +108,7 @@ class FieldReader {
       get(&number, sizeof number);
       if constexpr (HasLast<T>)
         if (std::cmp_less(number, 0) || std::cmp_greater(number, last_number<T>()))
-          return fail("is of no known kind");
+          return fail("has an unknown type");
       value = static_cast<T>(number);
     } else if constexpr (Leaf<T>) {
       get(&value, sizeof value);
@@ -184,7 +184,7 @@ class FieldReader {
   void read_in_place(std::vector<T>& list) {
     std::uint64_t count = 0;
     get(&count, sizeof count);
-    if (count != list.size()) return fail("has another length than the structure");
+    if (count != list.size()) return fail("has a length that does not match the structure");
     for (T& element : list) read(element);
   }
 
@@ -192,7 +192,7 @@ class FieldReader {
   void read_variant(std::variant<Kinds...>& value) {
     unsigned char index = 0;
     get(&index, 1);
-    if (index >= sizeof...(Kinds)) return fail("is of no known kind");
+    if (index >= sizeof...(Kinds)) return fail("has an unknown type");
     unsigned char kind = 0;
     (..., (kind++ == index ? read(value.template emplace<Kinds>()) : void()));
   }
@@ -207,11 +207,11 @@ class FieldReader {
     if constexpr (HasFields<Held>) {
       if (number <= shared_.size()) {
         const Shared& known = shared_[number - 1];
-        if (known.kind != &kKind<Held>) return fail("is shared with another kind");
+        if (known.kind != &kKind<Held>) return fail("refers to an object of another type");
         value = std::static_pointer_cast<const Held>(known.value);
         return;
       }
-      if (number != shared_.size() + 1) return fail("is shared with nothing");
+      if (number != shared_.size() + 1) return fail("refers to an object that does not exist");
       const auto made = std::make_shared<Held>();
       shared_.push_back({made, &kKind<Held>});
       read(*made);
@@ -224,7 +224,7 @@ class FieldReader {
   void read_bool(bool& value) {
     unsigned char byte = 0;
     get(&byte, 1);
-    if (byte > 1) return fail("is neither yes nor no");
+    if (byte > 1) return fail("is not a boolean");
     value = byte != 0;
   }
 

@@ -82,7 +82,7 @@ bool is_possible_inertia(Vec3 m) {
 }
 
 const char* Shape::restored() const {
-  constexpr const char* kWrong = "has no surface of its kind";
+  constexpr const char* kWrong = "has no surface data for its type";
   if (size.x < 0 || size.y < 0 || size.z < 0) return "has a negative size";
   const bool is_field = surface && surface->columns > 0;
   const bool is_mesh = surface && !surface->neighbours.empty();

@@ -23,7 +23,7 @@ struct custom : Kind, TurnsFreely {
   static const char* fault(const Joint& joint) {
     const auto& from = joint.parameters->custom;
     const bool fits = from && from->rows() >= 1 && from->rows() <= most;
-    return fits ? nullptr : "is a custom joint of no row, or of more than six";
+    return fits ? nullptr : "is a custom joint without rows, or with more than six";
   }
   static Real gap(const Joint& joint, const Pose& a, const Pose& b) {
     return glm::length(residual(joint, a, b));

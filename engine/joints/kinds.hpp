@@ -37,7 +37,7 @@ namespace pantin::detail {
 enum class JointKind : std::uint8_t { PANTIN_JOINT_KINDS(PANTIN_WORD) };
 #undef PANTIN_WORD
 
-static_assert(JointKind::ball == JointKind{}, "a joint that says nothing is a ball");
+static_assert(JointKind::ball == JointKind{}, "the default kind of joint is a ball");
 
 namespace joint_kinds {
 

@@ -11,7 +11,7 @@ struct spring : Line, TurnsFreely {
   static constexpr Parameter parameters[] = {
       {.key = "length", .range = ParameterRange::not_negative, .as_placed = true, .value = length},
       {.key = "stiffness",
-       .needed = "how hard it pulls, in N/m",
+       .needed = "its stiffness, in N/m",
        .range = ParameterRange::not_negative,
        .value = [](JointParameters& own) -> Real& { return own.translation.spring.stiffness; }},
       {.key = "damping",

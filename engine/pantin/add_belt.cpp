@@ -17,7 +17,7 @@ void check_pulley(Findings& findings, const BeltJoint::Pulley& p) {
   findings.body("pulleys", p.body), findings.finite("pulleys", p.point);
   if (!findings.ok()) return;
   if (world.bodies[p.body].motion == Motion::fixed)
-    findings.add("pulleys", "a body that is fixed", "one that turns: the belt does not slip on it");
+    findings.add("pulleys", "a fixed body", "one that rotates: the belt does not slip on it");
   if (p.outline.empty())
     findings.above_zero("radius", p.radius);
   else if (hull_outline(p.outline).corners.empty())
@@ -44,7 +44,8 @@ Result<Entity> add_to(World& world, const BeltJoint& described) {
   if (count < 2 || count > kMostPulleys)
     findings.add("pulleys", std::to_string(count) + " of them", "2 to 16");
   if (described.friction > 0 && count > 2)
-    findings.add("friction", "more than two pulleys", "two: of more it cannot be said which slips");
+    findings.add("friction", "more than two pulleys",
+                 "two: with more the slipping pulley is undetermined");
   findings.not_negative("friction", described.friction);
   findings.not_negative("pretension", described.pretension);
   for (const BeltJoint::Pulley& p : described.pulleys) check_pulley(findings, p);

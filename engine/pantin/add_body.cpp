@@ -48,7 +48,7 @@ struct ShapeMaker {
       shape.surface = *surface;
       return;
     }
-    for (const Error& e : surface.errors()) findings.add("shape", e.message, "a sound surface");
+    for (const Error& e : surface.errors()) findings.add("shape", e.message, "a valid surface");
   }
 
   void operator()(std::monostate) { made = false; }
@@ -100,7 +100,7 @@ struct ShapeMaker {
         sound = false;
       }
       for (const Error& e : nurbs::errors_of(face, name))
-        findings.add("shape.faces", e.message, "a sound face"), sound = false;
+        findings.add("shape.faces", e.message, "a valid face"), sound = false;
       faces.push_back(std::move(face));
     }
     if (sound && findings.ok())
@@ -160,7 +160,7 @@ MassProperties weigh(const RigidBody& body, const std::vector<Shape>& shapes, Fi
   if (shapes.empty() && !body.mass) {
     findings.add("shape", "none, and no mass", "a shape, or mass and inertia");
   } else if (shapes.empty() && !body.inertia) {
-    findings.add("inertia", "none, and no shape", "an inertia, or a shape that tells it");
+    findings.add("inertia", "none, and no shape", "an inertia, or a shape that determines it");
   } else if (const Vec3 moments = principal_inertia(whole.inertia).moments;
              !(whole.mass > 0) || !std::isfinite(whole.mass) || !is_finite(moments) ||
              !is_possible_inertia(moments)) {
@@ -192,7 +192,7 @@ void check(const MaterialPair& pair, Findings& findings) {
       findings.add(member, std::to_string(index), "an index into World::materials");
   for (const MaterialPair& known : findings.world().material_pairs)
     if (std::minmax(known.a, known.b) == std::minmax(pair.a, pair.b))
-      findings.add("a and b", "two materials that are a pair already", "another pair");
+      findings.add("a and b", "two materials that already form a pair", "another pair");
   if (pair.friction) findings.not_negative("friction", *pair.friction);
   if (pair.restitution) findings.within("restitution", *pair.restitution, 0, 1);
   if (pair.rolling) findings.not_negative("rolling", *pair.rolling);

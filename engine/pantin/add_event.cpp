@@ -18,7 +18,7 @@ std::string called(const World& world, Entity e) {
 void check_body(Findings& findings, Entity e) {
   findings.body("body", e);
   if (findings.ok() && findings.world().bodies[e].motion != Motion::dynamic)
-    findings.add("body", "a body that is fixed or kinematic", "a dynamic one");
+    findings.add("body", "a fixed or kinematic body", "a dynamic one");
 }
 
 void check_tie(Findings& findings, Entity e) {
@@ -55,7 +55,7 @@ void check_more(Findings& findings, const MotorEvent& event) {
   const JointKindInfo& kind = info_of(link.joint.kind);
   if (!kind.is_used(Coordinate::angle, kActuated) && !kind.is_used(Coordinate::travel, kActuated))
     return findings.add("joint", std::string("a joint of kind ") + kind.name.data(),
-                        "one that turns or slides along one coordinate");
+                        "one with one rotational or translational coordinate");
   if (event.motor.kind != MotorKind::none) findings.known({{Feature::motor}}, {link.a, link.b});
 }
 

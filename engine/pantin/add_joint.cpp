@@ -100,7 +100,7 @@ Result<Entity> add_to(World& world, const UniversalJoint& described) {
     const Vec3 y = findings.direction("axis_a", described.axis_a);
     const Vec3 z = findings.direction("axis_b", described.axis_b);
     if (std::abs(glm::dot(y, z)) > 1e-6)
-      findings.add("axis_b", shown(described.axis_b), "a direction square to axis_a");
+      findings.add("axis_b", shown(described.axis_b), "a direction perpendicular to axis_a");
     const Vec3 x = findings.ok() ? glm::normalize(glm::cross(y, z)) : Vec3(1, 0, 0);
     at = at_place(findings, described.anchor, findings.ok() ? axes_of(x, y) : kIdentity);
   }
@@ -150,7 +150,7 @@ Result<Entity> add_to(World& world, const ScrewJoint& described) {
   Findings findings(world, "ScrewJoint", described.name);
   const WorldFrames at = frames_of(findings, described, "axis", described.axis);
   if (described.pitch == 0 || !std::isfinite(described.pitch))
-    findings.add("pitch", shown(described.pitch), "metres for each radian, not 0");
+    findings.add("pitch", shown(described.pitch), "metres per radian, not 0");
   JointLimits limits;
   limits.angle = limit_of(findings, "limits", described.limits);
   const AngleLimit travel = limit_of(findings, "travel", described.travel);

@@ -49,7 +49,7 @@ std::string place_curve(const World& world, Entity body, const NurbsCurve& given
                         ContactSurface& to) {
   nurbs::Curve curve{{given.degree, given.knots, given.periodic}, {}};
   if (!given.weights.empty() && given.weights.size() != given.points.size())
-    return "found " + std::to_string(given.weights.size()) + " weights, expected one a point";
+    return "found " + std::to_string(given.weights.size()) + " weights, expected one per point";
   for (std::size_t i = 0; i < given.points.size(); ++i)
     curve.points.emplace_back(given.points[i], given.weights.empty() ? 1 : given.weights[i]);
   if (const std::vector<Error> errors = nurbs::errors_of(curve, "the curve"); !errors.empty())
@@ -101,7 +101,7 @@ Result<Entity> add_to(World& world, const SurfaceJoint& described) {
   const int most = c.lifts ? static_cast<int>(kMostSpots) : 1;
   if (described.contacts && (*described.contacts < 1 || *described.contacts > most))
     findings.add("contacts", std::to_string(*described.contacts),
-                 c.lifts ? "a whole number from 1 to 8" : "1 where they may not lift");
+                 c.lifts ? "a whole number from 1 to 8" : "1 unless the contact is unilateral");
   if (!findings.ok()) return findings.take();
   c.friction = described.friction.value_or(-1);
   c.spots = described.contacts ? static_cast<std::uint8_t>(*described.contacts) : usual_spots(c);

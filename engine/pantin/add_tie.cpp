@@ -120,7 +120,7 @@ Real add_guides(Findings& findings, const CableJoint& described, Cable& cable) {
   if (route.empty()) findings.add("over", "a body whose pose is not finite", "finite numbers");
   if (!findings.ok()) return 0;
   if (const auto fault = fault_of(route))
-    findings.add("over", fault->askew ? "two pulleys askew" : "places within one another",
+    findings.add("over", fault->askew ? "two pulleys in different planes" : "overlapping guides",
                  fault->askew ? "them in one plane, or a ring between them" : "them apart");
   if (!findings.ok()) return 0;
   return described.length ? *described.length : path_length(route, {}).length;
@@ -184,7 +184,7 @@ Result<Entity> add_to(World& world, const PinConstraint& described) {
   if (findings.ok() && described.to == described.body)
     findings.add("to", "the pinned body itself", "another one");
   if (findings.ok() && world.bodies[described.body].motion != Motion::dynamic)
-    findings.add("body", "a body that is fixed or kinematic", "a dynamic one");
+    findings.add("body", "a fixed or kinematic body", "a dynamic one");
   if (described.stiffness > 0) findings.known({{Feature::spring_pin}}, {described.body});
   if (!findings.ok()) return findings.take();
   Pin pin;

@@ -148,7 +148,7 @@ void JointMaker::set_parameters() {
     if (std::ranges::find(kind.parameters, std::string_view(p.key), &Parameter::key) ==
         kind.parameters.end())
       findings_.add("parameters", "'" + p.key + "' of a joint of kind " + name_of(kind_),
-                    kind.parameters.empty() ? "none" : "parameters that it has");
+                    kind.parameters.empty() ? "none" : "parameters of that kind");
   for (const Parameter& p : kind.parameters) set_parameter(p);
   if (!kind.parameters.empty()) kind.complete(joint_.parameters.edit());
 }

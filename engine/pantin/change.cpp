@@ -124,7 +124,7 @@ Result<Done> set_law(JointChange change, const Law& law, Law Dof::*member, const
   const auto which = actuated(change.joint(), along);
   const bool between_points = change.joint().kind == JointKind::spring;
   if (!which || (between_points && !std::is_same_v<Law, SpringDamper>)) {
-    change.refuse("one that turns or slides along one coordinate");
+    change.refuse("one with one rotational or translational coordinate");
     return change.findings.take();
   }
   JointParameters& own = change.joint().parameters.edit();

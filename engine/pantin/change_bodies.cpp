@@ -56,7 +56,7 @@ template <class Edit>
 Result<Done> change_body(World& world, Findings findings, Entity body, const Edit& edit) {
   findings.body("body", body);
   if (findings.ok() && world.bodies[body].motion != Motion::dynamic)
-    findings.add("body", "a body that is fixed or kinematic", "a dynamic one");
+    findings.add("body", "a fixed or kinematic body", "a dynamic one");
   if (!findings.ok()) return findings.take();
   Body changed = world.bodies[body];
   edit(changed);
@@ -109,7 +109,7 @@ Result<Done> impulse(World& world, Entity body, Vec3 impulse, Vec3 point) {
   findings.body("body", body);
   findings.finite("impulse", impulse), findings.finite("point", point);
   if (findings.ok() && world.bodies[body].motion != Motion::dynamic)
-    findings.add("body", "a body that is fixed or kinematic", "a dynamic one");
+    findings.add("body", "a fixed or kinematic body", "a dynamic one");
   if (!findings.ok()) return findings.take();
   Store<Impulse>& all = world.store<Impulse>();
   Impulse* blow = all.find(body);

@@ -38,7 +38,7 @@ void check(Findings& findings, const std::optional<JointDrive>& drive) {
     findings.finite("drive.keys.time", drive->keys[i].time);
     findings.rotation("drive.keys.turn", drive->keys[i].rotation);
     if (i > 0 && !(drive->keys[i].time > drive->keys[i - 1].time))
-      findings.add("drive.keys", "times that do not grow", "each key after the one before");
+      findings.add("drive.keys", "times that do not increase", "each key after the one before");
   }
 }
 

@@ -118,7 +118,7 @@ void Findings::known(std::span<const Feature> features, std::initializer_list<En
   for (const Feature feature : features)
     if (!knows(solver_for(solver, feature), feature))
       add("solver",
-          std::string("\"") + name_of(solver) + "\", which does not know " + name_of(feature),
+          std::string("\"") + name_of(solver) + "\", which does not support " + name_of(feature),
           solvers_that_know(feature));
 }
 

@@ -26,7 +26,7 @@ Quat axes_along(Findings& findings, const char* member, Vec3 axis, Vec3 across) 
   const Vec3 wish = findings.direction("across", across);
   const Vec3 y = wish - glm::dot(wish, x) * x;
   if (glm::length(y) > 1e-6) return axes_of(x, glm::normalize(y));
-  findings.add("across", shown(across), std::string("a direction that is not that of ") + member);
+  findings.add("across", shown(across), std::string("a direction not parallel to ") + member);
   return kIdentity;
 }
 

@@ -96,9 +96,9 @@ std::string read_user(FieldReader& from, World& world) {
     from.read(fingerprint), from.read(bytes);
     if (!from.ok()) break;
     AnyStore* store = world.user.find(name);
-    if (!store) return "holds components " + name + ", name their type: load_world<T>(path)";
+    if (!store) return "contains components " + name + ", name their type: load_world<T>(path)";
     if (store->fingerprint() != fingerprint)
-      return "holds components " + name + " with other fields than the program has";
+      return "contains components " + name + ", whose fields differ from those of the program";
     FieldReader own(bytes);
     if (const char* why = store->read(own, world.entities)) return "component " + name + ' ' + why;
     if (!own.ok() || own.left() > 0) return "component " + name + ": " + own.fault();
@@ -153,7 +153,7 @@ std::string check_contacts(const World& world, const std::vector<Contact>& conta
     if (before && !(order(*before) < order(c))) return "contacts are out of order";
     if (!(is_finite(c.point_a) && is_finite(c.point_b) && is_finite(c.normal) &&
           is_unit(c.normal) && std::isfinite(c.gap) && c.friction >= 0 && c.restitution >= 0))
-      return "contacts hold a number that is not finite or out of range";
+      return "contacts contain a number that is not finite or out of range";
     before = &c;
   }
   return {};
@@ -168,8 +168,8 @@ Result<std::string> bytes_of(World& current, Saved* saved) {
   payload.write(current);
   if (!payload.unwritable().empty())
     return error("save_world",
-                 "found a joint of a kind of your own (CustomJoint), expected kinds "
-                 "that are built in: only those can be saved");
+                 "found a user-defined joint (CustomJoint), expected built-in kinds: only those "
+                 "can be saved");
   write_user(payload, current.user, saved);
   current.memory.write(payload);
   Header header;
@@ -204,7 +204,7 @@ Result<World> world_from_bytes(std::string_view bytes, World like, std::string_v
   FieldReader head(bytes.substr(0, kHeaderSize));
   const Header header = read_header(head);
   if (!head.ok() || header.magic != kMagic)
-    return error(stage, "found other bytes, expected a World saved by pantin");
+    return error(stage, "found no pantin file, expected a saved World");
   if (header.version != kVersion || header.layout != fields_fingerprint<World>())
     return error(stage, "found a World saved by another version of pantin, expected this one's");
   const std::string_view rest = bytes.substr(kHeaderSize);
@@ -212,7 +212,7 @@ Result<World> world_from_bytes(std::string_view bytes, World like, std::string_v
     return error(stage, "found " + std::to_string(rest.size()) +
                             " bytes after the header, expected " + std::to_string(header.size));
   if (header.checksum != checksum(rest))
-    return error(stage, "found changed bytes, expected those that were saved");
+    return error(stage, "found a wrong checksum, expected an unchanged file");
 
   FieldReader from(rest);
   World world;

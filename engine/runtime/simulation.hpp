@@ -142,7 +142,7 @@ class Simulation {
  public:
   explicit Simulation(World&& start = {}, StepSettings how = {})
       : world(std::move(start)), settings(std::move(how)) {}
-  [[deprecated("copies: say Simulation::copy_of(world), or std::move(world)")]]  //
+  [[deprecated("copies: use Simulation::copy_of(world), or std::move(world)")]]  //
   explicit Simulation(const World& start, StepSettings how = {})
       : Simulation(World(start), std::move(how)) {}
   /// Steps a copy; the original World is unchanged.

@@ -50,7 +50,7 @@ void Systems::insert(Stage stage, System system) {
 }
 
 Result<Done> Systems::insert(Stage stage, SystemOrder wish, System system) {
-  if (wish.name.empty()) return Error{"system: found an empty name, expected one to call it by"};
+  if (wish.name.empty()) return Error{"system: found an empty name, expected a name"};
   const std::string who = "system '" + wish.name + "'";
   if (has(wish.name)) return Error{who + ": found another system of that name, expected a new one"};
   if (contains(wish.before, wish.name) || contains(wish.after, wish.name))
@@ -60,7 +60,8 @@ Result<Done> Systems::insert(Stage stage, SystemOrder wish, System system) {
   const std::vector<std::size_t> order = running_order(all);
   if (order.size() < all.size()) {
     all.pop_back();
-    return Error{who + ": found orders that run in a circle, expected a first and a last system"};
+    return Error{who +
+                 ": found a cycle in the order of systems, expected a first and a last system"};
   }
   ++inserted_;
   arrange(all, order);

@@ -166,7 +166,7 @@ Result<Scene> parse_scene(std::string_view text, std::string_view name, const Sc
   try {
     return parse_whole(text, name, limits, choices);
   } catch (const Cancelled&) {
-    return Error{printable(name) + ": reading was called off"};
+    return Error{printable(name) + ": reading was cancelled"};
   }
 }
 

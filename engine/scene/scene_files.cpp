@@ -68,7 +68,7 @@ std::vector<Error> SceneFiles::errors() {
   for (auto file = files_.rbegin(); file != files_.rend(); ++file)
     if (file->named_by && file->diagnostics.any_errors())
       file->named_by->diagnostics.error(
-          file->named_at, "found mistakes in \"" + file->name + "\", expected a file without");
+          file->named_at, "found errors in \"" + file->name + "\", expected a valid file");
   std::vector<Error> all;
   for (const SceneFile& file : files_)
     for (Error& error : file.diagnostics.errors()) all.push_back(std::move(error));

@@ -19,7 +19,7 @@ namespace {
 
 std::string unknown_to(Solver solver, Feature feature, const char* verb) {
   return std::string(verb) + ' ' + name_of(feature) + ", which its solver \"" + name_of(solver) +
-         "\" does not know, only " + solvers_that_know(feature);
+         "\" does not support; use " + solvers_that_know(feature);
 }
 
 bool is_sound(const Joint& j) {
@@ -183,7 +183,7 @@ void list_overheld(const Plans& owners) {
     owners.partition.faults.push_back(
         {e,
          "has " + std::to_string(found) + " " + std::string(bound.what) + ", expected at most " +
-             std::to_string(bound.most) + " under \"lagrangian\"; three hold a body",
+             std::to_string(bound.most) + " under \"lagrangian\"; three already fix a body",
          StructureFault::impossible, false});
     owners.stop(e);
   };
@@ -240,7 +240,7 @@ std::string flat_fault_of(const World& world, const IslandPlan& plan, Entity& wh
     const Shapes* shapes = world.collisions.find(who) ? world.shapes.find(who) : nullptr;
     if (shapes && !std::all_of(shapes->list.begin(), shapes->list.end(),
                                [&](const Shape& s) { return has_section(s, body.pose.rotation); }))
-      return "has a shape whose section by a plane is made of neither discs nor polygons";
+      return "has a shape without a planar section of discs and polygons";
   }
   return {};
 }
@@ -276,7 +276,7 @@ void list_what_is_no_lamina(const Plans& owners, std::span<const IslandPlan> pla
     if (std::any_of(bodies.begin(), bodies.end(), is_slow))
       owners.partition.faults.push_back(
           {tie,
-           "ties a lamina, which its solver \"quasistatic\" does not know: only fingers hold it",
+           "ties a lamina, which its solver \"quasistatic\" does not support: only fingers hold it",
            StructureFault::left_out, false});
   };
   const World& w = owners.world;
@@ -325,7 +325,7 @@ std::vector<StructureFault> drop_strays(World& world) {
       if (at == store.owners().end()) return;
       const Entity gone = *at;
       drop(store, gone);
-      faults.push_back({gone, "does not exist, but was given one of " + std::string(name),
+      faults.push_back({gone, "does not exist, but owns one of " + std::string(name),
                         StructureFault::left_out, false});
     }
   };

@@ -205,10 +205,11 @@ std::string fault_of(const Belt& belt, PulleyPoses bodies, Crossing crossing) {
   for (std::size_t i = 0; i < belt.pulleys.size(); ++i)
     if (way.wrap(i) < 1e-6 || way.wrap(i) > 1.75 * kPi)
       return "a belt that does not touch pulley " + std::to_string(i) +
-             " from that side, expected one that can close round it";
+             " from that side, expected one that wraps around it";
   const Real turns = std::abs(belt.turning) / (2 * kPi);
   if (crossing == Crossing::refused && std::abs(turns - 1) > 0.5)
-    return "a belt that turns " + number(turns) + " times in a round, expected one that closes";
+    return "a belt that winds " + number(turns) +
+           " times around its loop, expected one that closes after one turn";
   return {};
 }
 

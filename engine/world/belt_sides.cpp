@@ -25,9 +25,10 @@ std::string levels_fault(const Belt& belt, PulleyPoses bodies) {
     const Real z = to_world(bodies[i], belt.pulleys[i].anchor).z;
     if (std::abs(z - first) <= kLevel * (1 + std::abs(first))) continue;
     char text[160];
-    std::snprintf(text, sizeof text,
-                  "pulleys 0 and %zu at z = %.4g and %.4g m, expected them in one plane of x and y",
-                  i, first, z);
+    std::snprintf(
+        text, sizeof text,
+        "pulleys 0 and %zu at z = %.4g and %.4g m, expected them in one plane parallel to xy", i,
+        first, z);
     return text;
   }
   return {};
@@ -43,8 +44,7 @@ std::string lay_round(Belt& belt, PulleyPoses bodies, const BeltSides& sides) {
     belt.pulleys[i].sense = sides.is_outside[i] != turned_over ? -sense : sense;
   }
   if (std::string why = levels_fault(belt, bodies); !why.empty()) return why;
-  if (!lay_belt(belt, bodies))
-    return "pulleys that follow one another and lie within one another, expected them apart";
+  if (!lay_belt(belt, bodies)) return "consecutive pulleys that overlap, expected them apart";
   return fault_of(belt, bodies, sides.crossed ? Crossing::allowed : Crossing::refused);
 }
 

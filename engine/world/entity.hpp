@@ -64,10 +64,10 @@ class Entities {
   }
   /// Counts the live handles after reading; returns null, or the fault.
   const char* restored() {
-    if (free_.size() > generations_.size()) return "has more free places than places";
+    if (free_.size() > generations_.size()) return "has more free indices than indices";
     std::vector<bool> seen(generations_.size(), false);
     for (std::uint32_t index : free_) {
-      if (index >= seen.size() || seen[index]) return "names a free place that is none";
+      if (index >= seen.size() || seen[index]) return "lists an invalid free index";
       seen[index] = true;
     }
     count_ = static_cast<std::uint32_t>(generations_.size());

@@ -30,12 +30,12 @@ constexpr std::array<FeatureInfo, kFeatures> kFeatureInfos{
      {"a spring pin"},
      {"rolling or spinning friction, or a moving surface"},
      {"a ring or a pulley of a cable"},
-     {"a contact of surfaces"},
+     {"a surface contact"},
      {"a belt", true},
-     {"a contact of curves", true},
-     {"friction of a contact of curves", true},
+     {"a curve contact", true},
+     {"friction of a curve contact", true},
      {"a belt that slips", true},
-     {"a joint that closes a loop by more than its point"}}};
+     {"a loop-closing joint that constrains more than a point"}}};
 
 const FeatureInfo& info_of(Feature f) { return kFeatureInfos[static_cast<std::size_t>(f)]; }
 

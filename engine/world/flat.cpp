@@ -56,21 +56,20 @@ bool has_planar_solver() {
 
 std::string flat_fault(const Body& body) {
   if (std::abs(body.velocity.z) > kAlong * (1 + glm::length(body.velocity)))
-    return "moves along z, out of the plane of x and y";
+    return "moves along z, out of the xy plane";
   const Vec3 spin = body.angular_velocity;
   if (std::hypot(spin.x, spin.y) > kAlong * (1 + glm::length(spin)))
-    return "turns about an axis other than z, out of the plane of x and y";
+    return "rotates about an axis other than z, out of the xy plane";
   const Mat3 inertia = world_inertia(body.pose.rotation, body.inertia);
   const Real largest = glm::max(body.inertia.x, glm::max(body.inertia.y, body.inertia.z));
   if (std::hypot(inertia[2].x, inertia[2].y) > 1e-4 * largest)
-    return "has no principal axis along z: turning, it would tilt out of the plane of x and y";
+    return "has no principal axis along z: rotating, it would tilt out of the xy plane";
   return {};
 }
 
 std::string flat_fault(Vec3 gravity) {
-  return std::abs(gravity.z) > kAlong * glm::length(gravity)
-             ? "falls along z, out of the plane of x and y"
-             : "";
+  return std::abs(gravity.z) > kAlong * glm::length(gravity) ? "falls along z, out of the xy plane"
+                                                             : "";
 }
 
 FlatJoint flat_kind(const Joint& joint, const Pose& a) {
@@ -100,32 +99,32 @@ std::string flat_fault(const Joint& joint, const Pose& a, const Pose& b) {
     case JointKind::hinge:
     case JointKind::planar:
       if (!is_along_z(axis))
-        return "has an axis that is not z, which no " + kind + " in a plane has";
+        return "has an axis other than z, unlike a " + kind + " in the xy plane";
       break;
     case JointKind::prismatic:
-      if (!is_level(axis)) return "has an axis that leaves the plane of x and y";
+      if (!is_level(axis)) return "has an axis that leaves the xy plane";
       break;
     case JointKind::cylindrical:
       if (!is_level(axis) && !is_along_z(axis))
-        return "has an axis that is neither z nor in the plane of x and y";
+        return "has an axis that is neither z nor in the xy plane";
       break;
     case JointKind::ball:
       if (joint.limits.any())
-        return "is a ball joint with limits, of which a plane has none: a hinge along z has them";
+        return "is a ball joint with limits, which no motion in a plane has: use a hinge along z";
       break;
     case JointKind::fixed:
     case JointKind::distance:
     case JointKind::spring:
       break;
     default:  // also a new kind, until flat_kind says what it is in a plane
-      return "is of a kind that a plane does not have";
+      return "is of a kind that has no planar form";
   }
   const bool is_line = joint.kind == JointKind::distance || joint.kind == JointKind::spring;
   if (!is_line && joint.kind != JointKind::ball && !keeps_z(joint, a, b))
-    return "has axes on its two bodies that no turn about z brings together";
+    return "has axes on its two bodies that no rotation about z aligns";
   const Vec3 gap = residual(joint, a, b);
   if (joint.kind != JointKind::planar && std::abs(gap.z) > height_tolerance(joint))
-    return "has anchors at two heights z, which a plane cannot bring together";
+    return "has anchors at two heights z, which no motion in the plane closes";
   return {};
 }
 
@@ -139,7 +138,7 @@ std::string flat_fault(const Joint& joint, const KinematicPath& path, Vec3 ancho
     const bool tilts = !turns_freely && std::hypot(turn.x, turn.y) > kAlong;
     const Real rise = std::abs((to_world(at, anchor) - to_world(first, anchor)).z);
     if (tilts || rise > height_tolerance(joint))
-      return "is led out of the plane of x and y by the path of one of its bodies";
+      return "is moved out of the xy plane by the path of one of its bodies";
   }
   return {};
 }
@@ -150,7 +149,7 @@ std::string flat_fault(const SurfaceContact& c, const Pose& a, const Pose& b) {
     const Quat q = pose.rotation;
     if (std::hypot(q.x, q.y) > kAlong)
       return std::string("has a curve of \"") + side +
-             "\" whose plane is not that of x and y, seen from +z";
+             "\" that does not lie in the xy plane, seen from +z";
   }
   return {};
 }

@@ -38,7 +38,7 @@ const char* Lamina::restored() const {
   if (outline.size() < 3 ||
       !std::all_of(outline.begin(), outline.end(), [](Vec3 p) { return is_finite(p); }) ||
       !(twice_area(outline) > 0))
-    return "is a lamina without an outline around some area";
+    return "is a lamina whose outline encloses no area";
   if (fingers.size() > kMostFingers) return "is a lamina with more than 32 fingers";
   if (!std::all_of(fingers.begin(), fingers.end(), is_sound))
     return "is a lamina with a finger that has a number that is not finite or out of range";
@@ -55,7 +55,7 @@ std::string lamina_fault(const World& world, Entity body) {
   if (const char* why = lamina->restored()) return why;
   const Body& b = world.bodies[body];
   const Quat q = b.pose.rotation;
-  if (std::hypot(q.x, q.y) > kUpright) return "is a lamina that is not in the plane of x and y";
+  if (std::hypot(q.x, q.y) > kUpright) return "is a lamina that does not lie in the xy plane";
   for (const LaminaFinger& f : lamina->fingers) {
     const Body* finger = world.bodies.find(f.body);
     if (finger && finger->motion != Motion::kinematic)

@@ -79,11 +79,11 @@ class Memories {
       from.read(fingerprint), from.read(bytes);
       if (!from.ok()) break;
       Any* one = find(name);
-      if (!one || one->fingerprint() != fingerprint)
-        return "holds memory of a solver that this version does not know";
+      if (!one || one->fingerprint() != fingerprint) return "contains data of an unknown solver";
       FieldReader own(bytes);
       one->read(own);
-      if (!own.ok() || own.left() > 0) return "holds memory that does not fit the structure";
+      if (!own.ok() || own.left() > 0)
+        return "contains solver data that does not match the structure";
     }
     return nullptr;
   }

@@ -39,14 +39,14 @@ std::string body_fault(const World& world, std::uint32_t slot) {
   if (const Force* f = world.forces.find(e))
     if (std::abs(f->force.z) > kAside * glm::length(f->force) ||
         std::hypot(f->torque.x, f->torque.y) > kAside * glm::length(f->torque))
-      return "is pushed out of the plane of x and y";
+      return "is pushed out of the xy plane";
   const Collision* collision = world.collisions.find(e);
   const Shapes* shapes = collision ? world.shapes.find(e) : nullptr;
   if (collision && has_special_surface(*collision))
     return "has a moving surface, rolling or spinning friction";
   if (shapes && !std::all_of(shapes->list.begin(), shapes->list.end(),
                              [&](const Shape& s) { return has_section(s, body.pose.rotation); }))
-    return "has a shape whose section by a plane is made of neither discs nor polygons";
+    return "has a shape without a planar section of discs and polygons";
   return {};
 }
 
@@ -66,7 +66,7 @@ std::string link_fault(const Flat& flat, std::uint32_t slot) {
   for (const Feature f : features_of(link.joint))
     if (!knows(Solver::planar, f))
       return std::string("has a joint with ") + name_of(f) +
-             ", which the planar solver does not know";
+             ", which the planar solver does not support";
   return {};
 }
 
@@ -82,7 +82,7 @@ std::string tie_fault(const Flat& flat) {
   for (const SurfaceContact& c : w.surface_contacts.values())
     if (flat.is_own(c.a) || flat.is_own(c.b)) {
       if (const Feature f = feature_of(c); !knows(Solver::planar, f))
-        return std::string("touches by ") + name_of(f) + ", which the planar solver does not know";
+        return std::string("has ") + name_of(f) + ", which the planar solver does not support";
       if (std::string why = flat_fault(c, flat.pose_of(c.a), flat.pose_of(c.b)); !why.empty())
         return why;
     }
@@ -111,7 +111,7 @@ bool meets_what_has_none(const Flat& flat) {
 std::string plane_fault(const World& world, Entity body) {
   const std::uint32_t slot = world.bodies.slot(body);
   if (slot == kNoSlot || world.bodies.values()[slot].motion != Motion::dynamic)
-    return "is no dynamic body";
+    return "is not a dynamic body";
   Flat flat{world, std::vector<bool>(world.bodies.size(), false)};
   for (const IslandPlan& island : find_islands(world))
     if (std::find(island.slots.begin(), island.slots.end(), slot) != island.slots.end())
@@ -126,7 +126,7 @@ std::string plane_fault(const World& world, Entity body) {
     if (std::string why = link_fault(flat, i); !why.empty()) return why;
   if (std::string why = tie_fault(flat); !why.empty()) return why;
   if (is_solid && meets_what_has_none(flat))
-    return "may touch a shape whose section by a plane is made of neither discs nor polygons";
+    return "may touch a shape without a planar section of discs and polygons";
   return {};
 }
 

@@ -80,14 +80,14 @@ inline constexpr auto kSolverInfos = [] {
                  features(kind, spring, friction, motor, restitution, ratio, soft_stop, pose_drive,
                           cable, contact, spring_pin, surface, cable_guide, surface_contact, belt,
                           curve_contact, curve_friction, closing),
-                 "lagrangian", "exact joints of every kind, by forces of constraint."},
+                 "lagrangian", "exact joints of every kind, by constraint forces."},
       SolverInfo{Solver::planar, kPlanar, SolverScope::plane, true,
                  features(kind, spring, friction, motor, ratio, contact, belt, curve_contact,
                           belt_friction, closing),
                  "planar",
-                 "bodies that stay in the plane of x and y, by Box2D, with joints closed exactly."},
+                 "bodies that move in the xy plane, by Box2D, with joints closed exactly."},
       SolverInfo{Solver::quasistatic, kQuasistatic, SolverScope::laminas, true, features(contact),
-                 "quasistatic", "laminas, which have it without being told."}};
+                 "quasistatic", "laminas, which always use it."}};
 }();
 
 constexpr bool are_in_order() {

@@ -155,7 +155,7 @@ class Store {
   }
   /// Rebuilds the slots from the owners after reading; returns null, or the fault.
   const char* restored(const detail::Entities& entities) {
-    if (owners_.size() != values_.size()) return "has not as many owners as values";
+    if (owners_.size() != values_.size()) return "has different numbers of owners and values";
     slots_.clear(), moved_ = {}, first_new_ = kNoSlot;
     for (std::size_t i = 0; i < owners_.size(); ++i) {
       const Entity owner = owners_[i];

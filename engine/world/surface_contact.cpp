@@ -21,11 +21,12 @@ const char* SurfaceContact::restored() const {
     if (!one->skin == !one->curve) return "has not exactly one surface or curve on each side";
     if (!is_unit(one->pose)) return "has a surface whose rotation is not a unit quaternion";
   }
-  if (on_b.curve && !on_a.curve) return "has a curve that meets no curve";
-  if (known && !(is_on(on_a, at.a) && is_on(on_b, at.b))) return "has a place off its surfaces";
+  if (on_b.curve && !on_a.curve) return "has a curve on b but none on a";
+  if (known && !(is_on(on_a, at.a) && is_on(on_b, at.b)))
+    return "has a contact point off its surfaces";
   if (!std::isfinite(friction)) return "has a friction that is not finite";
   if (spots < 1 || spots > kMostSpots || (spots > 1 && !lifts))
-    return "has a number of contact places that is out of range";
+    return "has a number of contact points that is out of range";
   return nullptr;
 }
 

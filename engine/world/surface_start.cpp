@@ -65,11 +65,11 @@ std::string plane_fault(const SurfaceContact& c, const Pose& a_in_b) {
   for (const auto& [side, name] : {std::pair{&c.on_a, "a"}, {&c.on_b, "b"}})
     if (!is_flat(*side->curve))
       return "found a curve of \"" + std::string(name) + "\" that leaves its plane z = 0 by " +
-             shown(height_of(*side->curve)) + " m, expected one of the plane to touch a curve";
+             shown(height_of(*side->curve)) + " m, expected a planar curve to touch a curve";
   const Vec3 up = a_in_b.rotation * Vec3(0, 0, 1);
   const Real tilt = std::atan2(glm::length(glm::cross(up, Vec3(0, 0, 1))), up.z);
   if (tilt > kSamePlane)
-    return "found curves whose planes are askew by " + shown(tilt * (180 / kPi)) +
+    return "found curves whose planes are tilted by " + shown(tilt * (180 / kPi)) +
            " degrees, expected them in one plane" + (tilt > 3 ? ", seen from the same side" : "");
   const Real apart = std::abs(a_in_b.position.z);
   if (apart > kSamePlane * std::min(size_of(c.on_a), size_of(c.on_b)))
@@ -79,7 +79,7 @@ std::string plane_fault(const SurfaceContact& c, const Pose& a_in_b) {
 
 /// The alternative for faces that touch all over, or along a line.
 constexpr const char* kInstead =
-    "bodies whose shapes have these surfaces touch through contacts, by faces, edges and corners";
+    "shapes with these surfaces collide instead, by faces, edges and corners";
 
 /// Whether every face of a surface is flat.
 bool is_flat(const nurbs::Skin& skin) {
@@ -131,24 +131,24 @@ std::string far_apart(const SurfaceContact& c, const Pose& a_in_b, Real reach) {
   if (c.on_a.curve)
     return "found a curve " + shown(apart(c, a_in_b)) + " m from " +
            (c.on_b.curve ? "a curve" : "a surface") +
-           " that it faces nowhere, or that it fits, expected one outside the other, within " +
+           ", not facing it or conforming with it, expected one outside the other, within " +
            shown(reach) + " m";
   const nurbs::Meeting meeting{*c.on_a.skin, *c.on_b.skin, a_in_b};
   const nurbs::ClosestPair closest = nurbs::closest_pair(meeting);
   if (!closest.is_on_edge &&
       nurbs::track(meeting, closest.at).status == nurbs::ContactStatus::degenerate)
     return std::string(
-               "found surfaces that fit one another where they are nearest "
-               "(ContactDegenerate), expected them to touch in a point; ") +
+               "found surfaces that conform where they are nearest (ContactDegenerate), expected "
+               "them to touch in a point; ") +
            kInstead;
   const std::string inner = turned_away(meeting, closest);
   if (!closest.is_on_edge && closest.distance <= reach && !inner.empty())
-    return "found surfaces " + shown(closest.distance) + " m apart that meet with an inner side, " +
-           inner +
-           ", expected outer sides to face one another: \"inside_out\" turns a surface over";
+    return "found surfaces " + shown(closest.distance) +
+           " m apart that face each other with an inner side, " + inner +
+           ", expected outer sides to face each other: \"inside_out\" flips a surface";
   return "found surfaces " + shown(closest.distance) + " m apart" +
          (closest.is_on_edge ? ", nearest at an edge" : "") +
-         ", expected them to face one another within " + shown(reach) + " m";
+         ", expected them to face each other within " + shown(reach) + " m";
 }
 
 }  // namespace
@@ -222,8 +222,8 @@ std::string fit_between(const SurfaceContact& c, const PairPoses& bodies) {
   if (c.on_a.curve || c.on_b.curve) return {};
   if (is_flat(*c.on_a.skin) && is_flat(*c.on_b.skin))
     return std::string(
-               "both surfaces are flat, which touch in no single point (ContactDegenerate), "
-               "so the joint holds nothing; ") +
+               "both surfaces are flat and cannot touch in a point (ContactDegenerate), so the "
+               "joint has no effect; ") +
            kInstead;
   const Pose a_in_b =
       compose(inverse(compose(bodies.b, c.on_b.pose)), compose(bodies.a, c.on_a.pose));
@@ -236,8 +236,8 @@ std::string fit_between(const SurfaceContact& c, const PairPoses& bodies) {
       nurbs::track(meeting, closest.at).status != nurbs::ContactStatus::degenerate)
     return {};
   return std::string(
-             "the surfaces fit one another where they are nearest, along a line or all over "
-             "(ContactDegenerate), where the joint holds nothing; ") +
+             "the surfaces conform where they are nearest, along a line or an area "
+             "(ContactDegenerate), where the joint has no effect; ") +
          kInstead;
 }
 

@@ -165,8 +165,7 @@ TEST_CASE("What a kind does not have is refused with the kinds that do") {
         "prismatic, screw, planar, distance or spring");
   CHECK(complaint({.kind = "custom"}).find("kind: found 'custom'") != std::string::npos);
   CHECK(complaint({.kind = "screw", .name = "bolt"}) ==
-        "AnyJoint 'bolt': pitch: found none, expected how far it slides for each rad it turns, in "
-        "m");
+        "AnyJoint 'bolt': pitch: found none, expected the travel per rad of rotation, in m");
   CHECK(complaint({.kind = "hinge", .parameters = {{"pitch", 1}}}) ==
         "AnyJoint: parameters: found 'pitch' of a joint of kind hinge, expected none");
   CHECK(complaint({.kind = "hinge", .second_limits = Interval{}}) ==

@@ -67,8 +67,8 @@ TEST_CASE("bodies that cannot be are refused") {
         "RigidBody: shape: found a plane on a dynamic body, expected a sphere, a capsule, a "
         "cylinder, a cone, an ellipsoid, a box or a hull");
   CHECK(complaint({.mass = 1.0}) ==
-        "RigidBody: inertia: found none, and no shape, expected an inertia, or a shape that tells "
-        "it");
+        "RigidBody: inertia: found none, and no shape, expected an inertia, or a shape that "
+        "determines it");
   CHECK(complaint({.mass = 1.0, .inertia = Mat3(1, 0, 0, 0, 1, 0, 0, 0, 5)}) ==
         "RigidBody: mass and inertia: found 1 kg, (1, 1, 5) kg m^2, expected a finite mass above 0 "
         "and three moments, each at most the sum of the others");

@@ -381,8 +381,8 @@ TEST_CASE("What is wrong is told by member, and nothing is changed") {
   refuses(set_motor(w, body, kTurning),
           "set_motor '#1': joint: found '#1', which is no joint, expected a joint");
   refuses(set_motor(w, r.knee, kTurning, JointCoordinate::travel),
-          "set_motor 'knee': joint: found a joint of kind hinge, expected one that turns or slides "
-          "along one coordinate");
+          "set_motor 'knee': joint: found a joint of kind hinge, expected one with one rotational "
+          "or translational coordinate");
   refuses(set_limits(w, r.knee, Interval{1, 0}),
           "set_limits 'knee': limits: found 1 to 0, expected two finite numbers, the lower one "
           "first");
@@ -395,7 +395,7 @@ TEST_CASE("What is wrong is told by member, and nothing is changed") {
   refuses(set_cable_length(w, r.knee, 1),
           "set_cable_length 'knee': cable: found 'knee', which is no cable, expected a cable");
   refuses(set_mass(w, wall, 1),
-          "set_mass '#0': body: found a body that is fixed or kinematic, expected a dynamic one");
+          "set_mass '#0': body: found a fixed or kinematic body, expected a dynamic one");
   refuses(set_mass(w, body, 0), "set_mass '#1': mass: found 0, expected a number above 0");
   refuses(impulse(w, body, {NAN, 0, 0}, {}),
           "impulse '#1': impulse: found (nan, 0, 0), expected finite numbers");

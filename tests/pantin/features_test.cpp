@@ -46,7 +46,7 @@ TEST_CASE("a motor, a spring, friction, restitution under a solver that lacks th
   const Entity a = pair.a, b = pair.b;
   const auto text = [&](const char* type, const char* what, const char* known = "\"lagrangian\"") {
     return std::string(type) + " 'it': solver: found \"" + name_of(solver) +
-           "\", which does not know " + what + ", expected " + known;
+           "\", which does not support " + what + ", expected " + known;
   };
   const Vec3 z(0, 0, 1);
   const HingeJoint driven{.a = a, .b = b, .axis = z, .motor = kMotor, .name = "it"},
@@ -90,7 +90,7 @@ TEST_CASE("drives, cables, springs of pins and soft stops under a solver that la
   Pair pair(Solver::sweep);
   const Entity a = pair.a, b = pair.b;
   const auto named = [](const std::string& text, const char* what) {
-    return text.find("\"sweep\", which does not know") != std::string::npos &&
+    return text.find("\"sweep\", which does not support") != std::string::npos &&
            text.find(what) != std::string::npos;
   };
   CHECK(named(pair.refused(BallJoint{.a = a, .b = b, .drive = JointDrive{}}),

@@ -149,15 +149,15 @@ TEST_CASE("a description that cannot be meant is refused by name, and nothing is
                 .a = a, .b = b, .axis = up, .motor = {.kind = MotorKind::velocity, .target = 1}}) ==
         "HingeJoint: motor.gain: found 0, expected a number above 0");
   CHECK(complaint(t.world, UniversalJoint{.a = a, .b = b, .axis_a = up, .axis_b = {1, 1, 0}}) ==
-        "UniversalJoint: axis_b: found (1, 1, 0), expected a direction square to axis_a");
+        "UniversalJoint: axis_b: found (1, 1, 0), expected a direction perpendicular to axis_a");
   CHECK(complaint(t.world, ScrewJoint{.a = a, .b = b, .axis = up}) ==
-        "ScrewJoint: pitch: found 0, expected metres for each radian, not 0");
+        "ScrewJoint: pitch: found 0, expected metres per radian, not 0");
   CHECK(complaint(t.world, SpringJoint{.a = a, .b = b, .anchor_b = up}) ==
         "SpringJoint: stiffness: found 0, and no damping, expected one of them above 0");
   CHECK(complaint(t.world, CableJoint{.a = a, .b = b}) ==
         "CableJoint: length: found 0, expected a number above 0");
   CHECK(complaint(t.world, PinConstraint{.body = a}) ==
-        "PinConstraint: body: found a body that is fixed or kinematic, expected a dynamic one");
+        "PinConstraint: body: found a fixed or kinematic body, expected a dynamic one");
   CHECK(complaint(t.world, BallJoint{.a = a, .b = b, .cone = ConeLimit{4, 1}}) ==
         "BallJoint: cone.y: found 4, expected a number from 0 to 3.14159");
   const Entity other = t.world.add(RigidBody{.motion = Motion::fixed}).value();

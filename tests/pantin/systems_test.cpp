@@ -47,7 +47,7 @@ TEST_CASE("names that are taken, circles and unknown names are refused, and noth
   const auto circle = s.insert(at, {.name = "c", .after = {"a"}}, j.note('c'));
   REQUIRE_FALSE(circle);
   CHECK(circle.errors().front().message ==
-        "system 'c': found orders that run in a circle, expected a first and a last system");
+        "system 'c': found a cycle in the order of systems, expected a first and a last system");
   const auto twice = s.insert(Stage::before_drive, {.name = "a"}, j.note('!'));
   REQUIRE_FALSE(twice);
   CHECK(twice.errors().front().message ==

@@ -226,8 +226,8 @@ class Motions(Folder):
         self.assertGreater(sizes[0], 1)
 
     def test_modes_are_told_of_a_scene_on_its_way(self):
-        for time, mode in (("12", "+R"), ("13", "R-"), ("0.05", "dynamics: several modes hold, or an "
-                                                           "unstable one alone")):
+        for time, mode in (("12", "+R"), ("13", "R-"),
+                           ("0.05", "dynamics: several modes hold, or only an unstable one")):
             self.assertEqual(modes("rod", "--at", time)["running"], mode)
         told = modes("rod", "--at", "10")
         self.assertAlmostEqual(told["contacts"][0]["point"][0], -0.3, places=9)
@@ -311,14 +311,14 @@ class Refusals(Folder):
         tiny = dict(rod, outline=[[1e-100 * x, 1e-100 * y] for x, y in rod["outline"]])
         ball = {"name": "ball", "mass": 1, "inertia": [1, 1, 1]}
         self.refused(tiny, "/laminas/0/outline", "expected 1e-9 m or more")
-        self.refused(rod, "/joints/0", "on a lamina", "knows fingers only",
+        self.refused(rod, "/joints/0", "on a lamina", "supports fingers only",
                      joints=[{"a": "world", "b": "rod", "anchor": [0, 0, 0]}])
         self.refused(rod, "/pins/0", "on a lamina", pins=[{"body": "rod", "target": [0, 0, 0]}])
         self.refused(rod, "/paths/0/body", 'found "rod/a", expected no finger of a lamina',
                      paths=[{"body": "rod/a", "keyframes": [{"time": 0}]}])
         self.refused(rod, "/bodies/0", 'body "ball" solved by "quasistatic"', bodies=[ball],
                      solver={"type": "quasistatic"})
-        self.refused(rod, "/events/0/solver", 'body "ball", which is no lamina', bodies=[ball],
+        self.refused(rod, "/events/0/solver", 'body "ball", which is not a lamina', bodies=[ball],
                      events=[{"type": "solver", "solver": "quasistatic", "at": 1}])
         self.refused(rod, "/laminas/0/name", 'found the name "rod" again',
                      bodies=[dict(ball, name="rod")])
@@ -358,8 +358,8 @@ class Refusals(Folder):
                                      "instances": [{"name": "i", "prefab": "p"}]}))
         done = pantin("check", whole)
         self.assertEqual(done.returncode, 0)
-        self.assertIn("part.json:1:27: /laminas: laminas are of the whole scene; in a prefab they "
-                      "are left out", done.stderr)
+        self.assertIn("part.json:1:27: /laminas: laminas belong to the whole scene; in a prefab "
+                      "they are ignored", done.stderr)
 
     def test_a_run_tells_when_dynamics_moves_a_lamina(self):
         done = pantin("run", LAMINAS / "rod.json", "--json", "--record", self.folder / "rod.csv")
@@ -368,7 +368,7 @@ class Refusals(Folder):
         self.assertEqual((told["solver"], told["mode_switches"]), ("quasistatic", 8))
         to, back = told["hand_overs"]
         self.assertEqual((to["lamina"], to["to"], to["why"]),
-                         ("rod", "dynamics", "several modes hold, or an unstable one alone"))
+                         ("rod", "dynamics", "several modes hold, or only an unstable one"))
         self.assertEqual((back["lamina"], back["to"]), ("rod", "modes"))
         self.assertEqual(told["steps_by_dynamics"], 6)
         self.assertIn("is left to dynamics", pantin("run", LAMINAS / "rod.json").stdout)

@@ -192,7 +192,7 @@ class Run(unittest.TestCase):
         done = pantin("run", CHAIN, "--duration", 0.1, "--json", "--solver", "paper")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(json.loads(done.stdout)["solver"], "procedural")
-        self.assertIn('warning: --solver: "paper" is called "procedural" today',
+        self.assertIn('warning: --solver: "paper" is now called "procedural" today',
                       done.stderr.splitlines())
 
     def test_a_record_changes_nothing(self):

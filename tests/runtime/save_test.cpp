@@ -147,9 +147,9 @@ TEST_CASE("components of the user's own are saved by their fields") {
   CHECK(world.store<Wind>()[p.left].gusts == 4);
   CHECK(state_hash(world) == state_hash(world));
   CHECK(only_error(load_world(path)) ==
-        path + ": holds components wind, name their type: load_world<T>(path)");
+        path + ": contains components wind, name their type: load_world<T>(path)");
   CHECK(only_error(load_world<Breeze>(path)) ==
-        path + ": holds components wind with other fields than the program has");
+        path + ": contains components wind, whose fields differ from those of the program");
   std::remove(path.c_str());
 }
 
@@ -172,8 +172,7 @@ TEST_CASE("files that cannot be read or written are refused with one line") {
   CHECK(saved.errors()[0].message == "/no/such/file: No such file or directory");
   const std::string path = path_of("pantin_save_other.world");
   std::ofstream(path) << "{\"version\": 1, \"bodies\": [], \"padding\": \"1234567890\"}";
-  CHECK(only_error(load_world(path)) ==
-        path + ": found other bytes, expected a World saved by pantin");
+  CHECK(only_error(load_world(path)) == path + ": found no pantin file, expected a saved World");
   std::remove(path.c_str());
 }
 

@@ -97,7 +97,7 @@ TEST_CASE("pairs of materials that cannot be meant are not added") {
         "MaterialPair: b: found 3, expected an index into World::materials");
   CHECK(
       error_of(w, {.a = 1, .b = 2, .friction = 1}) ==
-      "MaterialPair: a and b: found two materials that are a pair already, expected another pair");
+      "MaterialPair: a and b: found two materials that already form a pair, expected another pair");
   for (const MaterialPair& bad :
        {MaterialPair{.a = 1, .b = 1, .friction = -1}, MaterialPair{.a = 1, .b = 1, .friction = nan},
         MaterialPair{.a = 1, .b = 1, .restitution = 1.5},

@@ -77,8 +77,8 @@ TEST_CASE("Parents that are not there or go round in a circle are refused by nam
   CHECK(diagnostics(R"({"version": 1, "bodies": [
 {"name": "a", "parent": "c", "mass": 1}, {"name": "b", "parent": "a", "mass": 1},
 {"name": "c", "parent": "b", "mass": 1}, {"name": "d", "parent": "c", "mass": 1}]})") ==
-        Lines{"t.json:2:25: /bodies/0/parent: found \"c\", expected a parent that is not placed by "
-              "this body (a -> c -> b -> a)"});
+        Lines{"t.json:2:25: /bodies/0/parent: found \"c\", expected a parent that is not itself "
+              "placed relative to this body (a -> c -> b -> a)"});
   CHECK(diagnostics(R"({"version": 1, "bodies": [
 {"name": "chest", "mass": 1}, {"name": "arm", "parent": "chets", "mass": 1}]})") ==
         Lines{"t.json:2:57: /bodies/1/parent: found \"chets\", expected the name of one of the "
@@ -112,10 +112,10 @@ TEST_CASE("What would turn a point mass is refused") {
   CHECK(
       with_bob(R"("joints": [{"a": "world", "b": "bob", "kind": "hinge", "anchor": [0, 0, 0]}])") ==
       Lines{"t.json:2:47: /joints/0/kind: found a hinge joint at the point mass \"bob\", expected "
-            "a ball, a distance or a spring, or a \"shape\" or an \"inertia\" of what turns"});
+            "a ball, a distance or a spring, or a body with a \"shape\" or an \"inertia\""});
   CHECK(with_bob(R"("joints": [{"a": "world", "b": "bob", "anchor": [0, 1, 0]}])") ==
         Lines{"t.json:2:12: /joints/0: found a point 1 m from the point mass \"bob\", expected its "
-              "centre, or a \"shape\" or an \"inertia\" of what turns"});
+              "centre, or a body with a \"shape\" or an \"inertia\""});
   CHECK(with_bob(R"("joints": [{"a": "world", "b": "bob", "anchor": [0, 0, 0],
 "limits": {"cone_deg": 20}}])")
             .size() == 1);

@@ -88,12 +88,13 @@ TEST_CASE("curves that cannot touch are refused, with the pointer and what was f
              [[0.1,0,0],[0,0.1,0.05],[-0.1,0,0],[0,-0.1,0]]})",
                       kFace),
              "that leaves its plane");
-  check_told(scene_of(kRound + R"(, "rotation_deg": [20, 0, 0])", kFace), "askew by 20 degrees");
+  check_told(scene_of(kRound + R"(, "rotation_deg": [20, 0, 0])", kFace), "tilted by 20 degrees");
   check_told(scene_of(kRound + R"(, "position": [0, 0, 0.01])", kFace), "planes 0.01 m apart");
-  check_told(scene_of(kRound + R"(, "position": [5, 0, 0])", kFace), "faces nowhere");
+  check_told(scene_of(kRound + R"(, "position": [5, 0, 0])", kFace),
+             "not facing it or conforming with it");
   check_told(scene_of(kRound + R"(, "surface": "x")", kFace), "found \"curve\" beside \"surface\"");
   check_told(scene_of(R"("surface": {"faces": [{"type": "sphere", "radius": 0.1}]})", kFace),
-             "a curve that meets no curve");
+             "a curve on b but none on a");
   check_told(scene_of(R"("inside_out": true)", kFace), "without a \"curve\"");
   check_told(scene_of(R"("curve": {"type": "joined", "curves": [
                {"type": "line", "from": [0, 0, 0], "to": [1, 0, 0]},
@@ -133,7 +134,7 @@ TEST_CASE("the plane takes curves of its own plane alone") {
              "\"planar\", expected the solver \"lagrangian\"");
   const std::string turned = R"(, "rotation_deg": [0, 20, 0])";
   check_told(scene_of(kRound + turned, kFace + turned, "", "planar"),
-             "which has a curve of \"a\" whose plane is not that of x and y");
+             "which has a curve of \"a\" that does not lie in the xy plane");
   check_told(R"({"version": 1, "solver": {"type": "planar"}, "bodies": [
     {"name": "ball", "position": [0, 0.1, 0], "shape": {"type": "sphere", "radius": 0.1}}],
     "surface_joints": [{"a": {"body": "ball"}, "b": {"body": "world", "surface":

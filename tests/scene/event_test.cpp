@@ -133,19 +133,20 @@ TEST_CASE("Events with unknown names are refused with the nearest one") {
         Lines{"t.json:13:10: /events/0/type: found \"psh\", expected push, impulse, wind, pull, "
               "cut, motor, drive, winch, gravity or solver; nearest is \"push\""});
   CHECK(refused(R"({"type": "push", "body": "post", "force": [1, 0, 0]})") ==
-        Lines{"t.json:13:26: /events/0/body: found \"post\", expected a dynamic body: this one is "
-              "moved by no force"});
+        Lines{"t.json:13:26: /events/0/body: found \"post\", expected a dynamic body: forces do "
+              "not move this one"});
 }
 
 TEST_CASE("Times that cannot be meant are refused") {
   CHECK(refused(R"({"type": "push", "body": "a", "force": [1, 0, 0], "from": -1})") ==
         Lines{"t.json:13:59: /events/0/from: found -1, expected a time in seconds from 0 to 1e6"});
-  CHECK(refused(R"({"type": "push", "body": "a", "force": [1, 0, 0], "from": 2, "to": 1})") ==
-        Lines{"t.json:13:68: /events/0/to: found 1 s, before the begin at 2 s, expected a later "
-              "time"});
+  CHECK(
+      refused(R"({"type": "push", "body": "a", "force": [1, 0, 0], "from": 2, "to": 1})") ==
+      Lines{
+          "t.json:13:68: /events/0/to: found 1 s, before the start at 2 s, expected a later time"});
   CHECK(refused(R"({"type": "push", "body": "a", "force": [1, 0, 0], "to": 1, "every": 0.5})") ==
-        Lines{"t.json:13:69: /events/0/every: found 0.5 s, expected 1 s or more: it starts again "
-              "when it has ended"});
+        Lines{"t.json:13:69: /events/0/every: found 0.5 s, expected 1 s or more: it can restart "
+              "only after it has ended"});
   CHECK(refused(R"({"type": "push", "body": "a", "force": [1, 0, 0], "every": 1})") ==
         Lines{"t.json:13:51: /events/0/every: found \"every\" without \"to\", expected the end of "
               "the first time too"});
@@ -159,13 +160,13 @@ TEST_CASE("Times that cannot be meant are refused") {
 
 TEST_CASE("Events that come to nothing are refused or warned of") {
   CHECK(refused(R"({"type": "motor", "joint": "rope/0-1", "velocity": 1, "gain": 1, "at": 1})") ==
-        Lines{"t.json:13:28: /events/0/joint: found a ball joint \"rope/0-1\", expected one that "
-              "turns or slides along one coordinate"});
+        Lines{"t.json:13:28: /events/0/joint: found a ball joint \"rope/0-1\", expected one with "
+              "one rotational or translational coordinate"});
   CHECK(refused(R"({"type": "drive", "joint": "axle", "stiffness": 1, "at": 1})") ==
         Lines{"t.json:13:28: /events/0/joint: found joint \"axle\" without a drive, expected one "
               "with a \"drive\""});
   CHECK(refused(R"({"type": "solver", "solver": "sweep", "at": 1})") ==
-        Lines{"t.json:13:30: /events/0/solver: found \"sweep\", expected a solver that knows "
+        Lines{"t.json:13:30: /events/0/solver: found \"sweep\", expected a solver that supports "
               "\"motor\" of joint \"axle\""});
   const Scene late = good(scene_of(R"({"type": "cut", "pin": "nail", "at": 4})"));
   CHECK(late.warnings == Lines{"t.json:13:1: /events/0: event at 4 s comes after the end "
@@ -174,7 +175,7 @@ TEST_CASE("Events that come to nothing are refused or warned of") {
       good(R"({"version": 1, "gravity": [0, 0, 0], "bodies": [{"name": "a", "drag": 0,
 "shape": {"type": "sphere", "radius": 0.1}}], "events": [{"type": "wind", "velocity": [1, 0, 0]}]})");
   REQUIRE(calm.warnings.size() == 1);
-  CHECK(calm.warnings[0].find("nothing feels this wind") != std::string::npos);
+  CHECK(calm.warnings[0].find("this wind has no effect") != std::string::npos);
 }
 
 TEST_CASE("A few lines cannot ask for millions of events") {
@@ -185,7 +186,7 @@ TEST_CASE("A few lines cannot ask for millions of events") {
   limits.links = 50;
   const Lines told = diagnostics(scene_of(cuts), limits);
   REQUIRE_FALSE(told.empty());
-  CHECK(told.front().find("found events for more than 50 things") != std::string::npos);
+  CHECK(told.front().find("found events on more than 50 things") != std::string::npos);
 }
 
 TEST_CASE("A scene's events happen when it is run") {

@@ -48,15 +48,13 @@ TEST_CASE("Kinds that a file cannot tell, or that lack their measure, are refuse
       at_point(R"("kind": "custom")") ==
       Lines{"t.json:5:30: /joints/0/kind: found \"custom\", expected a kind that a file can tell: "
             "a custom joint is made in C++, with JointExtras::custom"});
-  CHECK(at_point(R"("kind": "screw")") ==
-        Lines{"t.json:4:46: /joints/0: found no \"pitch\", expected how far it slides for each rad "
-              "it turns, in m"});
+  CHECK(at_point(R"("kind": "screw")") == Lines{"t.json:4:46: /joints/0: found no \"pitch\", "
+                                                "expected the travel per rad of rotation, in m"});
   CHECK(at_point(R"("kind": "screw", "pitch": 0)") ==
         Lines{"t.json:5:48: /joints/0/pitch: found 0, expected a number other than 0: a screw "
               "without pitch is a hinge"});
-  CHECK(
-      with_joint(R"("kind": "spring")") ==
-      Lines{"t.json:4:46: /joints/0: found no \"stiffness\", expected how hard it pulls, in N/m"});
+  CHECK(with_joint(R"("kind": "spring")") ==
+        Lines{"t.json:4:46: /joints/0: found no \"stiffness\", expected its stiffness, in N/m"});
 }
 
 TEST_CASE("Axes, lengths, stiffnesses, caps and slips that cannot be are refused") {
@@ -150,7 +148,7 @@ TEST_CASE("Gears that couple nothing are refused") {
   CHECK(with_ratio(R"("first": "h", "second": "s", "ratio": 0)") ==
         Lines{"t.json:8:39: /gears/0/ratio: found 0, expected a number other than 0"});
   CHECK(with_ratio(R"("first": "h", "second": "h", "ratio": 1)") ==
-        Lines{"t.json:8:25: /gears/0/second: found \"h\", expected another joint than the first"});
+        Lines{"t.json:8:25: /gears/0/second: found \"h\", expected a joint other than the first"});
   CHECK(
       with_ratio(R"("first": "f", "second": "s", "second_coordinate": "angle", "ratio": 1)") ==
       Lines{"t.json:8:10: /gears/0/first: found the angle of a fixed joint, expected a joint that "
@@ -163,7 +161,7 @@ TEST_CASE("Gears that couple nothing are refused") {
             "unit of the first",
             "t.json:8:55: /gears/0/second: found \"gear\", expected the name of a joint"});
   CHECK(with_ratio(R"("first": "h", "second": "s", "ratio": 1, "offset_deg": 3)") ==
-        Lines{"t.json:7:11: /gears/0: found \"offset_deg\" of a slide, expected \"offset\" in m"});
+        Lines{"t.json:7:11: /gears/0: found \"offset_deg\" of a travel, expected \"offset\" in m"});
 }
 
 TEST_CASE("Settings that no solver has are refused") {
@@ -196,23 +194,19 @@ TEST_CASE(
   const auto error_count = [&](const std::string& members) {
     return with("\"joints\": [{\"name\": \"j\", \"a\": \"a\", \"b\": \"b\",\n" + members + "}]");
   };
-  CHECK(
-      error_count(R"("kind": "distance")") ==
-      Lines{
-          "t.json:5:9: /joints/0/kind: found a distance joint \"j\" solved by \"sweep\", expected "
-          "the solver \"lagrangian\", or \"planar\" for what stays in a plane"});
-  CHECK(
-      error_count(R"("anchor": [0, 0, 0], "kind": "hinge",
+  CHECK(error_count(R"("kind": "distance")") ==
+        Lines{"t.json:5:9: /joints/0/kind: found a distance joint \"j\" solved by \"sweep\", "
+              "expected the solver \"lagrangian\", or \"planar\" for motion in the xy plane"});
+  CHECK(error_count(R"("anchor": [0, 0, 0], "kind": "hinge",
 "limits": {"angle": [0, 1], "restitution": 0.5})") ==
-      Lines{
-          "t.json:6:44: /joints/0/limits/restitution: found \"restitution\" of joint \"j\" solved "
-          "by \"sweep\", expected the solver \"lagrangian\": no other knows it"});
+        Lines{"t.json:6:44: /joints/0/limits/restitution: found \"restitution\" of joint \"j\" "
+              "solved by \"sweep\", expected the solver \"lagrangian\": no other supports it"});
   CHECK(with(R"("joints": [
 {"name": "i", "kind": "hinge", "a": "world", "b": "a", "anchor": [0, 0, 0]},
 {"name": "j", "kind": "hinge", "a": "world", "b": "b", "anchor": [1, 0, 0]}],
 "gears": [{"name": "gears", "first": "i", "second": "j", "ratio": 2}])") ==
         Lines{"t.json:7:11: /gears/0: found gear \"gears\" of joints solved by \"sweep\", expected "
-              "the solver \"lagrangian\", or \"planar\" for what stays in a plane"});
+              "the solver \"lagrangian\", or \"planar\" for motion in the xy plane"});
 }
 
 TEST_CASE("Bodies that no matter makes, and joints from a body to itself, are refused") {
@@ -237,7 +231,7 @@ TEST_CASE("Guides that a cable cannot be led over are refused") {
   good(with_guides(ring, "auto"));
   CHECK(diagnostics(with_guides(ring, "sweep")).back() ==
         Lines{"t.json:4:1: /cables/0/over: found guides of cable \"a-world\" solved by \"sweep\", "
-              "expected the solver \"lagrangian\": no other knows it"}
+              "expected the solver \"lagrangian\": no other supports it"}
             .front());
   CHECK(diagnostics(with_guides(R"({"body": "nix"})")) ==
         Lines{"t.json:4:1: /cables/0/over: found \"nix\", expected the name of a body or "
@@ -255,5 +249,6 @@ TEST_CASE("Guides that a cable cannot be led over are refused") {
   const Lines askew = diagnostics(
       with_guides(one("[0, 1, 0]", "[0, 0, 1]") + "," + one("[0.5, 2, 0]", "[0, 1, 1]")));
   REQUIRE(askew.size() == 1);
-  CHECK(askew[0].find("two pulleys, expected them in one plane") != std::string::npos);
+  CHECK(askew[0].find("two pulleys in different planes, expected them in one plane") !=
+        std::string::npos);
 }

@@ -162,7 +162,7 @@ TEST_CASE("The solver of a body holds for all that joints and gears connect to i
   };
   CHECK(diagnostics(scene("")) ==
         Lines{"t.json:6:23: /joints/1/kind: found a prismatic joint \"j\" solved by \"sweep\", "
-              "expected the solver \"lagrangian\", or \"planar\" for what stays in a plane"});
+              "expected the solver \"lagrangian\", or \"planar\" for motion in the xy plane"});
   CHECK(good(scene(R"(, "gears": [{"first": "i", "second": "j", "ratio": 1}])")).warnings.empty());
 }
 
@@ -174,9 +174,8 @@ TEST_CASE("What a solver does not know is told where it is written") {
   CHECK(joined(soft).warnings.empty());
   CHECK(good(with_two(R"("solver": {"type": "planar"}, "joints": [{"name": "j", )" + soft +
                       R"(, "a": "world", "b": "a"}])"))
-            .warnings ==
-        Lines{"t.json:4:42: /joints/0: joint \"j\" has a soft stop, but the solver \"planar\" "
-              "does not know them yet; the stop is hard"});
+            .warnings == Lines{"t.json:4:42: /joints/0: joint \"j\" has a soft stop, but the "
+                               "solver \"planar\" does not support them yet; the stop is hard"});
 }
 
 TEST_CASE(

@@ -141,7 +141,7 @@ TEST_CASE("Reading can be called off") {
   int asked = 0;
   limits.is_cancelled = [&] { return ++asked > 2; };
   CHECK(diagnostics(grid(R"({"name": "b", "motion": "fixed"})", "[100, 100, 100]"), limits) ==
-        Lines{"t.json: reading was called off"});
+        Lines{"t.json: reading was cancelled"});
   CHECK(asked == 3);
 }
 

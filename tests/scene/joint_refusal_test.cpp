@@ -84,8 +84,8 @@ TEST_CASE("Joint axes that are zero, or told twice, are refused") {
         Lines{"t.json:5:9: /joints/0/axis: found an array of 3, expected a direction: three "
               "numbers, not all 0"});
   CHECK(with_joint(R"("axis": [0, 1, 0], "across": [0, -2, 0])") ==
-        Lines{"t.json:5:30: /joints/0/across: found an array of 3, expected a direction that is "
-              "not that of \"axis\""});
+        Lines{"t.json:5:30: /joints/0/across: found an array of 3, expected a direction not "
+              "parallel to \"axis\""});
   CHECK(with_joint(R"("axis": [0, 1, 0], "axis_a": [1, 0, 0])") ==
         Lines{"t.json:5:20: /joints/0/axis_a: found \"axis_a\" beside \"axis\", expected only "
               "one of them"});
@@ -169,8 +169,7 @@ TEST_CASE("Pins that hold on to nothing are refused") {
             R"("bodies": [{"name": "a", "shape": {"type": "sphere", "radius": 0.1}}], "pins": )"
             R"([{"body": "a", "to": "a"}, {"body": "a", "to": "world"}, {"body": "a", "to": )"
             R"("b", "target": [0, 0, 0], "anchor_to": [0, 0, 0]}])") ==
-        Lines{"t.json:2:101: /pins/0/to: found \"a\", expected another body than the one that is "
-              "held",
+        Lines{"t.json:2:101: /pins/0/to: found \"a\", expected a body other than the pinned one",
               "t.json:2:127: /pins/1/to: found \"world\", expected the name of a body",
               "t.json:2:157: /pins/2/to: found \"b\", expected the name of a body",
               "t.json:2:183: /pins/2/anchor_to: found \"anchor_to\" beside \"target\", expected "
@@ -216,8 +215,8 @@ TEST_CASE("Grounds and hollow shapes are refused on bodies that move") {
   CHECK(
       with_moving(R"("shape": {"type": "mesh", "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, )"
                   R"(1]], "triangles": [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]})") ==
-      Lines{"t.json:2:19: /bodies/0/shape/type: found a mesh on a dynamic body, expected it on "
-            "a fixed or kinematic one; a hull, or several, can move"});
+      Lines{"t.json:2:19: /bodies/0/shape/type: found a mesh on a dynamic body, expected it on a "
+            "fixed or kinematic one; use one or several hulls for a dynamic body"});
   CHECK(with_moving(R"("shape": {"type": "height_field", "columns": 2, "rows": 2, "spacing": 1, )"
                     R"("heights": [0, 0, 0, 0]})") ==
         Lines{"t.json:2:19: /bodies/0/shape/type: found a height_field on a dynamic body, "

@@ -166,10 +166,9 @@ TEST_CASE("Joints may close a loop; one that claims more than its point is told 
         .warnings;
   };
   CHECK(second("sweep", "").empty());
-  CHECK(
-      second("sweep", R"(, "kind": "hinge")") ==
-      Lines{"t.json:6:1: /joints/1: joint \"second\" closes a loop of dynamic bodies, so only its "
-            "point is held, not its kind, limits or drive"});
+  CHECK(second("sweep", R"(, "kind": "hinge")") ==
+        Lines{"t.json:6:1: /joints/1: joint \"second\" closes a loop of dynamic bodies, so this "
+              "solver constrains only its point, not its kind, limits or drive"});
   CHECK(second("auto", R"(, "kind": "hinge")").empty());
   const auto far = [](const std::string& solver) {
     return good(with_two(R"("solver": {"type": ")" + solver + R"("},
@@ -179,16 +178,15 @@ TEST_CASE("Joints may close a loop; one that claims more than its point is told 
         .warnings;
   };
   CHECK(far("sweep") ==
-        Lines{"t.json:7:1: /joints/2: joint \"far\" holds what another joint holds in place "
-              "already, so only its point is held, not its kind, limits or drive"});
+        Lines{"t.json:7:1: /joints/2: joint \"far\" fixes a body that another joint already fixes, "
+              "so this solver constrains only its point, not its kind, limits or drive"});
   CHECK(far("auto").empty());
 }
 
 TEST_CASE("A joint that starts beyond its limits is told") {
-  CHECK(
-      hammers(R"("kind": "hinge", "rest_deg": 20, "limits": {"angle_deg": [30, 60]})").warnings ==
-      Lines{"t.json:6:12: /joints/0: joint \"j\" starts 10 degrees beyond what its kind and limits "
-            "allow; it will jump there"});
+  CHECK(hammers(R"("kind": "hinge", "rest_deg": 20, "limits": {"angle_deg": [30, 60]})").warnings ==
+        Lines{"t.json:6:12: /joints/0: joint \"j\" starts 10 degrees beyond what its kind and "
+              "limits allow; it will jump into that range"});
 }
 
 TEST_CASE("A pin may hold on to another body") {

@@ -246,12 +246,12 @@ TEST_CASE("Every old key is read as today's, with a warning that names it") {
 {"name": "j", "a": "world", "b": "r", "kind": "hinge", "anchor": [0, 0, 0]}],
 "ratios": [{"name": "g", "first": "i", "first_moves": "slide", "second": "j", "ratio": 2}]})");
   CHECK(s.warnings ==
-        Lines{"t.json:1:59: /solver/rounds: the key \"rounds\" is called \"sweeps\" today",
-              "t.json:4:10: /joints/0/slide: the key \"slide\" is called \"travel\" today",
-              "t.json:6:11: /ratios: the key \"ratios\" is called \"gears\" today",
-              "t.json:6:55: /ratios/0/first_moves: the key \"first_moves\" is called "
+        Lines{"t.json:1:59: /solver/rounds: the key \"rounds\" is now called \"sweeps\" today",
+              "t.json:4:10: /joints/0/slide: the key \"slide\" is now called \"travel\" today",
+              "t.json:6:11: /ratios: the key \"ratios\" is now called \"gears\" today",
+              "t.json:6:55: /ratios/0/first_moves: the key \"first_moves\" is now called "
               "\"first_coordinate\" today",
-              "t.json:6:55: /ratios/0/first_moves: \"slide\" is called \"travel\" today"});
+              "t.json:6:55: /ratios/0/first_moves: \"slide\" is now called \"travel\" today"});
   CHECK(s.world.gears[s.world.find("g")].first_travels);
   CHECK(s.world.links[s.world.find("i")].joint.parameters->translation.friction.dry == 3);
   CHECK(s.world.default_settings.sweeps == 9);
@@ -259,8 +259,8 @@ TEST_CASE("Every old key is read as today's, with a warning that names it") {
 
 TEST_CASE("A key that nothing reads any more is told of, and left") {
   const Scene s = good(R"({"version": 1, "solver": {"calm_angle_deg": 20, "sweeps": 9}})");
-  CHECK(s.warnings == Lines{"t.json:1:45: /solver/calm_angle_deg: the key \"calm_angle_deg\" has "
-                            "no effect today"});
+  CHECK(s.warnings == Lines{"t.json:1:45: /solver/calm_angle_deg: the key \"calm_angle_deg\" no "
+                            "longer has any effect"});
   CHECK(s.world.default_settings.sweeps == 9);
 }
 
@@ -269,10 +269,10 @@ TEST_CASE("Old words for solvers and motions are read as today's, with warnings"
 "solver": {"type": "paper", "paper_reluctance": "literal_step"},
 "bodies": [{"name": "hand", "motion": "driven"}]})");
   CHECK(s.warnings ==
-        Lines{"t.json:2:20: /solver/type: \"paper\" is called \"procedural\" today",
-              "t.json:2:49: /solver/paper_reluctance: the key \"paper_reluctance\" is called "
+        Lines{"t.json:2:20: /solver/type: \"paper\" is now called \"procedural\" today",
+              "t.json:2:49: /solver/paper_reluctance: the key \"paper_reluctance\" is now called "
               "\"procedural_reluctance\" today",
-              "t.json:3:39: /bodies/0/motion: \"driven\" is called \"kinematic\" today"});
+              "t.json:3:39: /bodies/0/motion: \"driven\" is now called \"kinematic\" today"});
   CHECK(s.world.default_settings.solver == Solver::procedural);
   CHECK(s.world.default_settings.procedural_reluctance == ProceduralReluctance::literal_step);
   CHECK(s.world.bodies[s.world.find("hand")].motion == Motion::kinematic);
@@ -282,8 +282,8 @@ TEST_CASE("Old words for solvers and motions are read as today's, with warnings"
 
 TEST_CASE("The American spelling of a colour is read, with a word about the key's name") {
   const Scene s = good(R"({"version": 1, "materials": [{"name": "red", "color": "#ff0000"}]})");
-  CHECK(s.warnings == Lines{"t.json:1:55: /materials/0/color: the key \"color\" is called "
-                            "\"colour\" today"});
+  CHECK(s.warnings ==
+        Lines{"t.json:1:55: /materials/0/color: the key \"color\" is now called \"colour\" today"});
   REQUIRE_FALSE(s.world.materials.empty());
   CHECK(s.world.materials.back().colour.x == 1);
   CHECK(s.world.materials.back().colour.y == 0);
@@ -292,7 +292,7 @@ TEST_CASE("The American spelling of a colour is read, with a word about the key'
 TEST_CASE("A key beside its old name is refused") {
   CHECK(diagnostics(R"({"version": 1, "strings": [], "cables": []})") ==
         Lines{"t.json:1:16: /strings: found \"strings\" beside \"cables\", expected only the "
-              "latter, its name today"});
+              "latter, its current name"});
 }
 
 TEST_CASE("Every key of every kind of object is read as its row says") {

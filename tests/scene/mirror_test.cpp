@@ -192,12 +192,12 @@ TEST_CASE("What has no side, no image or one already is refused by name") {
         Lines{"t.json:5:39: /generators/mirrors/0/bodies: found \"hat\", expected a name with a "
               "side: \"left\" or \"right\" in it, or \"l\" or \"r\" as in \"arm_l\""});
   CHECK(told(R"("generators": {"mirrors": [{"bodies": ["b_l"]}]})") ==
-        Lines{"t.json:5:39: /generators/mirrors/0/bodies: found \"b_l\", whose image would be "
-              "\"b_r\", expected that no other thing has this name"});
+        Lines{"t.json:5:39: /generators/mirrors/0/bodies: found \"b_l\", whose mirror image would "
+              "be \"b_r\", expected that name to be free"});
   CHECK(told(R"("generators": {"mirrors": [{"bodies": ["a_l", "a_l"]}]})").size() == 1);
   CHECK(told(R"("generators": {"mirrors": [{"bodies": ["hill_l"]}]})") ==
         Lines{"t.json:5:39: /generators/mirrors/0/bodies: found \"hill_l\", which has a "
-              "height_field, expected a body without: it has no mirror image"});
+              "height_field, expected a body without one: it cannot be mirrored"});
   CHECK(told(R"("generators": {"mirrors": [{"bodies": ["a_x"]}]})").at(0).find("nearest") !=
         std::string::npos);
   CHECK(told(R"("joints": [{"name": "hook", "a": "hat", "b": "a_l", "anchor": [0, 0, 0]}],
@@ -208,7 +208,7 @@ TEST_CASE("What has no side, no image or one already is refused by name") {
 "motion": "kinematic"}], "paths": [{"body": "h", "keyframes": [{"time": 0}]}]}],
 "instances": [{"name": "i", "prefab": "p", "mirror": "x"}]})") ==
         Lines{"t.json:3:54: /instances/0/mirror: found a mirror image of \"p\", which has paths, "
-              "expected a prefab without: a path has no mirror image"});
+              "expected a prefab without paths, which cannot be mirrored"});
 }
 
 TEST_CASE("The image of a skin is the skin on the other side, its outer side outside") {

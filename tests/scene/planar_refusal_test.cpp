@@ -10,7 +10,7 @@ namespace {
 
 using Lines = std::vector<std::string>;
 
-const std::string kNeeds = ", expected what stays in the plane of x and y, as \"planar\" needs";
+const std::string kNeeds = ", expected motion in the xy plane, as \"planar\" requires";
 
 /// A scene of one box, `body` its other members, `more` those of the scene.
 Lines told(const std::string& body, const std::string& more = "") {
@@ -45,9 +45,9 @@ TEST_CASE("a joint that a plane does not have is refused") {
   CHECK(joint(R"("kind": "ball")") == Lines{});
   const Lines universal = joint(R"("kind": "universal")");
   REQUIRE(universal.size() == 1);
-  CHECK(
-      universal[0].find("/joints/0: found joint \"world-a\", which is of a kind that a plane does "
-                        "not have") != std::string::npos);
+  CHECK(universal[0].find(
+            "/joints/0: found joint \"world-a\", which is of a kind that has no planar form") !=
+        std::string::npos);
   CHECK(joint(R"("kind": "hinge", "axis": [0, 1, 1])").size() == 1);
   CHECK(joint(R"("kind": "prismatic", "axis": [0, 0, 1])").size() == 1);
 }
@@ -123,7 +123,7 @@ TEST_CASE("belts that cannot be are refused, each with its reason") {
   CHECK(says(belt(on("a", "0.2") + ", " + on("c", "0.2"), R"(, "friction": 0.3)"),
              "without a \"pretension\"", "friction"));
   CHECK(says(belt(on("a", "0.2") + ", " + on("c", "0.2"), R"(, "level": "links")"),
-             "which is not solid"));
+             "which does not collide"));
   const Lines unknown = belt(on("a", "0.2") + ", " + on("c", "0.2"), "", "sweep");
   REQUIRE(!unknown.empty());
   CHECK(unknown[0].find("expected the solver \"planar\" or \"lagrangian\"") != std::string::npos);
@@ -178,7 +178,8 @@ TEST_CASE("what stays in the plane is solved there where a scene asks for it") {
   CHECK(!w.settings.find(w.find("deep")));
   int told = 0;
   for (const std::string& warning : mixed->warnings)
-    told += warning.find("\"deep\" is not solved in the plane: moves along z") != std::string::npos;
+    told +=
+        warning.find("\"deep\" is not solved by \"planar\": moves along z") != std::string::npos;
   CHECK(told == 1);
 }
 
@@ -202,5 +203,5 @@ TEST_CASE("a belt that slips is refused by the exact solver, by name") {
   const Lines out = told_by("lagrangian");
   REQUIRE(out.size() == 1);
   CHECK(out[0].find("/belts/0/friction: found belt \"loose\" solved by \"lagrangian\", expected "
-                    "the solver \"planar\": no other knows it") != std::string::npos);
+                    "the solver \"planar\": no other supports it") != std::string::npos);
 }

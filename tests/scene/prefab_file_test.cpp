@@ -100,18 +100,17 @@ TEST_CASE("Mistakes in a prefab's file are told with both files") {
 "prefabs": [{"name": "leg", "file": "leg.json"}],
 "instances": [{"name": "a", "prefab": "leg"}], "joints": [{"a": "world", "b": "a/x", "anchor": [0, 0, 0]}]})");
   folder.write("leg.json", R"({"version": 1, "bodies": [{"name": "shin", "mass": -1}]})");
-  CHECK(
-      folder.errors().at(0) ==
-      "scene.json:2:37: /prefabs/0/file: found mistakes in \"leg.json\", expected a file without");
+  CHECK(folder.errors().at(0) ==
+        "scene.json:2:37: /prefabs/0/file: found errors in \"leg.json\", expected a valid file");
   CHECK(folder.errors().back() ==
         "leg.json:1:52: /bodies/0/mass: found -1, expected a number from 1e-12 to 1e12");
   folder.write("leg.json", R"({"version": 1, "bodies": [{"name": "shin", "mass": 1}],
 "joints": [{"a": "shin", "b": "shim", "anchor": [0, 0, 0]}]})");
-  CHECK(folder.errors() ==
-        Lines{"scene.json:2:37: /prefabs/0/file: found mistakes in \"leg.json\", expected a file "
-              "without",
-              "leg.json:2:31: /joints/0/b: found \"shim\", expected the name of a body or "
-              "\"world\"; nearest is \"shin\""});
+  CHECK(
+      folder.errors() ==
+      Lines{"scene.json:2:37: /prefabs/0/file: found errors in \"leg.json\", expected a valid file",
+            "leg.json:2:31: /joints/0/b: found \"shim\", expected the name of a body or "
+            "\"world\"; nearest is \"shin\""});
   folder.write("leg.json", R"({"version": 1, )");
   CHECK(folder.errors().size() == 2);
   fs::remove(folder.path / "leg.json");
@@ -131,8 +130,8 @@ TEST_CASE("Files that take themselves in are refused with the way round") {
   folder.write("a.json", R"({"version": 1, "prefabs": [{"name": "b", "file": "b.json"}]})");
   folder.write("b.json", R"({"version": 1, "prefabs": [{"name": "c", "file": "./a.json"}]})");
   CHECK(folder.errors().back() ==
-        "b.json:1:50: /prefabs/0/file: found \"./a.json\", expected a file that does not take "
-        "itself in (a.json -> b.json -> a.json)");
+        "b.json:1:50: /prefabs/0/file: found \"./a.json\", expected a file that does not include "
+        "itself (a.json -> b.json -> a.json)");
   folder.write("b.json", R"({"version": 1, "prefabs": [{"name": "c", "file": "scene.json"}]})");
   CHECK(folder.errors().back().find("(scene.json -> a.json -> b.json -> scene.json)") !=
         std::string::npos);
@@ -186,8 +185,8 @@ TEST_CASE("The events of a prefab happen to each copy, in its own frame") {
 TEST_CASE("Events of the whole scene are no prefab's, and left out of a file that is both") {
   CHECK(diagnostics(R"({"version": 1, "prefabs": [{"name": "p",
 "events": [{"type": "gravity", "gravity": [0, 0, 0], "at": 1}]}]})") ==
-        Lines{"t.json:2:21: /prefabs/0/events/0/type: found \"gravity\", expected an event of the "
-              "prefab's own things: push, impulse, pull, cut, motor, drive or winch"});
+        Lines{"t.json:2:21: /prefabs/0/events/0/type: found \"gravity\", expected an event on "
+              "objects of the prefab: push, impulse, pull, cut, motor, drive or winch"});
   CHECK(diagnostics(R"({"version": 1, "prefabs": [{"name": "p",
 "events": [{"type": "cut", "joint": "j", "at": 1}]}]})")
             .size() == 1);
@@ -197,6 +196,6 @@ TEST_CASE("Events of the whole scene are no prefab's, and left out of a file tha
   const auto scene = folder.load();
   REQUIRE(bool(scene));
   CHECK(folder.shortened(scene->warnings) ==
-        Lines{"p.json:1:27: /events/0: the event \"wind\" is of the whole scene; in a prefab it is "
-              "left out"});
+        Lines{"p.json:1:27: /events/0: the event \"wind\" applies to the whole scene; in a prefab "
+              "it is ignored"});
 }

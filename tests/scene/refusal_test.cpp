@@ -60,10 +60,9 @@ TEST_CASE("Sizes and masses that are not positive are refused") {
       diagnostics(with_body(R"("shape": {"type": "sphere", "radius": 1e-120})")) ==
       Lines{
           "t.json:1:81: /bodies/0/shape/radius: found 1e-120, expected a size from 1e-9 to 1e9 m"});
-  CHECK(
-      diagnostics(with_body(R"("shapes": [])")) ==
-      Lines{"t.json:1:27: /bodies/0: found a mass of 0 kg, expected shapes that make a finite mass "
-            "above 0"});
+  CHECK(diagnostics(with_body(R"("shapes": [])")) ==
+        Lines{"t.json:1:27: /bodies/0: found a mass of 0 kg, expected shapes with a finite mass "
+              "above 0"});
 }
 
 TEST_CASE("Inertia that no body can have is refused") {
@@ -88,7 +87,7 @@ TEST_CASE("A dynamic body without matter is refused") {
   CHECK(diagnostics(R"({"version": 1, "generators": {"chains": [
 {"name": "c", "links": 2, "length": 1, "mass": 1}]}})") ==
         Lines{"t.json:2:1: /generators/chains/0: found no \"inertia\", expected an inertia, or a "
-              "shape that tells it"});
+              "shape that determines it"});
 }
 
 TEST_CASE("Quaternions far from length 1 are refused") {
@@ -113,7 +112,7 @@ TEST_CASE("Names given twice or of a wrong form are refused") {
       diagnostics(R"({"version": 1, "bodies": [{"motion": "fixed", "name": "world"},
 {"motion": "fixed", "name": "a/b"}, {"motion": "fixed", "name": ""}, {"motion": "fixed"}]})") ==
       Lines{"t.json:1:55: /bodies/0/name: found \"world\", expected another name: this one stands "
-            "for what never moves",
+            "for the fixed world",
             "t.json:2:29: /bodies/1/name: found \"a/b\", expected a name of 1 to 200 bytes without "
             "\"/\"",
             "t.json:2:65: /bodies/2/name: found \"\", expected a name of 1 to 200 bytes without "
@@ -306,7 +305,7 @@ TEST_CASE("Chains that cannot be laid out are refused") {
           "t.json:2:1: /generators/chains/0: found a mass of inf kg at link 31, expected a finite "
           "mass above 0"});
   CHECK(chain(R"("links": 3, "length": 1, "attach": "c/0")") ==
-        Lines{"t.json:2:94: /generators/chains/0/attach: found \"c/0\", expected another body than "
+        Lines{"t.json:2:94: /generators/chains/0/attach: found \"c/0\", expected a body other than "
               "the link itself"});
   CHECK(chain(R"("links": 2, "length": 1, "closed": true)") ==
         Lines{"t.json:2:68: /generators/chains/0/links: found 2, expected 3 links or more of a "

@@ -57,7 +57,7 @@ TEST_CASE("a surface joint of a scene file starts where the surfaces are nearest
 
 TEST_CASE("surface joints that cannot be are refused, by name") {
   CHECK(all_errors(scene_of(R"({"a": {"body": "ball"}, "b": {"body": "ball"}})"))
-            .find("expected two bodies, a dynamic one among them") != std::string::npos);
+            .find("expected two bodies, at least one of them dynamic") != std::string::npos);
   CHECK(all_errors(scene_of(kPlain, R"("type": "box", "size": [0.2, 0.2, 0.2])"))
             .find("/surface_joints/0/a: found no smooth shape of \"ball\"") != std::string::npos);
   CHECK(all_errors(scene_of(R"({"a": {"body": "ball"}, "b": {"body": "floor"}})"))
@@ -72,8 +72,8 @@ TEST_CASE("surface joints that cannot be are refused, by name") {
             .find("without a \"surface\"") != std::string::npos);
   CHECK(all_errors(scene_of(kPlain, R"("type": "cylinder", "radius": 0.1, "length": 0.3,
             "rotation_deg": [90, 0, 0])"))
-            .find("ContactDegenerate), expected them to touch in a point; bodies whose shapes") !=
-        std::string::npos);
+            .find("ContactDegenerate), expected them to touch in a point; shapes with these "
+                  "surfaces") != std::string::npos);
   std::string text = scene_of(kPlain);
   text.replace(text.find("lagrangian"), 10, "sweep");
   CHECK(all_errors(text).find("surface joint \"ball-table\" solved by \"sweep\"") !=
@@ -110,7 +110,7 @@ TEST_CASE("faces of a joint that meet at an angle are warned of, by their number
   INFO(found[0]);
   for (const char* part : {"t.json", "/surface_joints/0",
                            "surface b: faces 0 and 1 meet at an angle of 11.31 degrees, at u 1",
-                           "a contact that comes there is lost"})
+                           "a contact that reaches it is lost"})
     CHECK(found[0].find(part) != std::string::npos);
   CHECK(warnings("0").empty());
   CHECK(warnings("0.0005").empty());  // 0.03 degrees
@@ -364,7 +364,7 @@ TEST_CASE("surfaces that may lift off and never touch in one point are warned of
   INFO(flat[0]);
   for (const char* part :
        {"/surface_joints/0", "surface joint \"stands\" of \"block\" and \"world\"",
-        "both surfaces are flat", "shapes have these surfaces"})
+        "both surfaces are flat", "shapes with these surfaces"})
     CHECK(flat[0].find(part) != std::string::npos);
   // A cylinder lies there along a line; a torus on its side touches in a point.
   const Lines line = warnings(

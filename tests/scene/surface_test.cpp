@@ -272,7 +272,7 @@ TEST_CASE("of a surface too wild to be measured the volume is told to be doubtfu
   };
   const auto tells = [](const Scene& scene) {
     return std::any_of(scene.warnings.begin(), scene.warnings.end(), [](const std::string& line) {
-      return line.find("its volume is known to a share of 0.") != line.npos;
+      return line.find("its volume is known only to a fraction of 0.") != line.npos;
     });
   };
   CHECK_FALSE(tells(revolved(0.5)));

@@ -272,7 +272,7 @@ TEST_CASE("A byte order mark is allowed and not counted") {
 
 TEST_CASE("Keys given twice are refused at the second") {
   CHECK(diagnostics("{\"version\": 1,\n \"step\": 0.1, \"step\": 0.2}") ==
-        Lines{"t.json:2:15: /step: found key \"step\" again, expected each key once"});
+        Lines{"t.json:2:15: /step: found key \"step\" twice, expected each key once"});
 }
 
 TEST_CASE("Numbers that are not finite are refused, and the reading goes on") {

@@ -27,9 +27,8 @@ TEST_CASE("Mass ratios above 100 across a joint are told with the ratio") {
     return good(changed.replace(changed.find("MASS"), 4, mass)).warnings;
   };
   CHECK(warnings("0.99").empty());
-  CHECK(warnings("5") ==
-        Lines{"t.json:4:12: /joints/0: joint \"knee\" has a mass ratio of 500:1 (b 5 "
-              "kg, a 0.01 kg); above 100:1 expect less accurate motion"});
+  CHECK(warnings("5") == Lines{"t.json:4:12: /joints/0: joint \"knee\" has a mass ratio of 500:1 "
+                               "(b 5 kg, a 0.01 kg); above 100:1 the motion is less accurate"});
 }
 
 TEST_CASE("A fault of a prefab is told once, with the number of its copies") {
@@ -37,10 +36,10 @@ TEST_CASE("A fault of a prefab is told once, with the number of its copies") {
 {"name": "a", "mass": 1, "inertia": [1, 1, 1]}, {"name": "b", "mass": 1000, "inertia": [1, 1, 1]}],
 "joints": [{"a": "a", "b": "b", "anchor": [0, 0, 0]}]}],
 "generators": {"grids": [{"name": "g", "prefab": "p", "count": [5, 1, 1]}]}})");
-  CHECK(s.warnings ==
-        Lines{"t.json:3:12: /prefabs/0/joints/0: joint \"g/0/a-b\" has a mass ratio of "
-              "1000:1 (g/0/b 1000 kg, g/0/a 1 kg); above 100:1 expect less accurate "
-              "motion (and 4 more like it)"});
+  CHECK(
+      s.warnings ==
+      Lines{"t.json:3:12: /prefabs/0/joints/0: joint \"g/0/a-b\" has a mass ratio of 1000:1 (g/0/b "
+            "1000 kg, g/0/a 1 kg); above 100:1 the motion is less accurate (and 4 more like it)"});
 }
 
 TEST_CASE("Pins out of reach are told with distance and reach") {
@@ -49,9 +48,9 @@ TEST_CASE("Pins out of reach are told with distance and reach") {
             .warnings.empty());
   CHECK(good(with_chain(R"("pins": [{"name": "pull", "body": "c/9", "anchor": [0, -0.05, 0],
 "target": [3, 2, 0]}])"))
-            .warnings == Lines{"t.json:3:10: /pins/0: pin \"pull\" is held 3 m from joint "
-                               "\"c/top\", but the way between "
-                               "measures only 1 m; it stays out of reach"});
+            .warnings ==
+        Lines{"t.json:3:10: /pins/0: pin \"pull\" is held 3 m from joint \"c/top\", but the "
+              "linkage between them reaches only 1 m; it stays out of reach"});
   // A spring need not arrive.
   CHECK(good(with_chain(R"("pins": [{"body": "c/9", "target": [3, 2, 0], "kind": "spring"}])"))
             .warnings.empty());
@@ -61,9 +60,8 @@ TEST_CASE("Two pins farther apart than the way between them are told") {
   const Scene s = good(with_chain(R"("pins": [
 {"name": "p", "body": "c/4", "target": [0.4, 2, 0]},
 {"name": "q", "body": "c/6", "target": [-0.4, 2, 0]}])"));
-  CHECK(s.warnings ==
-        Lines{"t.json:5:1: /pins/1: pin \"q\" is held 0.8 m from pin \"p\", but the way "
-              "between measures only 0.2 m; it stays out of reach"});
+  CHECK(s.warnings == Lines{"t.json:5:1: /pins/1: pin \"q\" is held 0.8 m from pin \"p\", but the "
+                            "linkage between them reaches only 0.2 m; it stays out of reach"});
 }
 
 TEST_CASE("A pin too near for a long link is told") {
@@ -74,16 +72,15 @@ TEST_CASE("A pin too near for a long link is told") {
 {"a": "long", "b": "short", "anchor": [0, -1, 0]}],
 "pins": [{"name": "p", "body": "short", "target": [0, 0.5, 0]}]})");
   CHECK(s.warnings ==
-        Lines{"t.json:6:10: /pins/0: pin \"p\" is held 0.5 m from joint \"top\", but the "
-              "way between cannot fold below 1.8 m; it stays out of reach"});
+        Lines{"t.json:6:10: /pins/0: pin \"p\" is held 0.5 m from joint \"top\", but the linkage "
+              "between them cannot fold below 1.8 m; it stays out of reach"});
 }
 
 TEST_CASE("Cables that start too short are told") {
   const Scene s = good(with_two(R"("cables": [{"name": "line", "a": "a", "b": "b", "length": 0.75},
 {"a": "a", "b": "b", "length": 1}])"));
-  CHECK(s.warnings ==
-        Lines{"t.json:4:12: /cables/0: cable \"line\" of 0.75 m starts 0.25 m too short; "
-              "it will pull hard at first"});
+  CHECK(s.warnings == Lines{"t.json:4:12: /cables/0: cable \"line\" of 0.75 m starts 0.25 m too "
+                            "short; its initial pull is large"});
 }
 
 TEST_CASE("A path that starts elsewhere than the body it drives is seen in what is tied to it") {
@@ -105,8 +102,7 @@ TEST_CASE("Bodies that fall for ever are told by name") {
         .warnings;
   };
   const std::string why =
-      " for ever: no joint, cable or pin leads to anything that stays, and nothing solid that "
-      "stays "
+      " forever: no joint, cable or pin leads to a fixed body, and no collider that stays in place "
       "can stop ";
   CHECK(falls(R"("ground": true)") ==
         Lines{"t.json:2:1: /bodies/0: body \"a\" and 1 more fall" + why + "them"});
@@ -177,6 +173,5 @@ TEST_CASE("Quaternions nearly of length 1 are brought there, within reason silen
   };
   CHECK(warnings("1.0000009").empty());
   CHECK(warnings("1.0005") ==
-        Lines{"t.json:1:74: /bodies/0/rotation: quaternion of length 1.0005 was "
-              "brought to length 1"});
+        Lines{"t.json:1:74: /bodies/0/rotation: quaternion of length 1.0005 was normalised"});
 }

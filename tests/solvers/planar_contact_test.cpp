@@ -174,25 +174,24 @@ TEST_CASE("what no plane has is named, and does not move") {
   CHECK(faults().empty());
   SECTION("a velocity out of it") {
     w.bodies[e].velocity = {0, 0, 1};
-    CHECK(faults() == "moves along z, out of the plane of x and y; ");
+    CHECK(faults() == "moves along z, out of the xy plane; ");
   }
   SECTION("a spin out of it") {
     w.bodies[e].angular_velocity = {1, 0, 0};
-    CHECK(faults() == "turns about an axis other than z, out of the plane of x and y; ");
+    CHECK(faults() == "rotates about an axis other than z, out of the xy plane; ");
   }
   SECTION("no principal axis along z") {
     w.bodies[e].pose.rotation = from_rotation_vector({0.5, 0, 0});
     CHECK(faults() ==
-          "has no principal axis along z: turning, it would tilt out of the plane of x and y; ");
+          "has no principal axis along z: rotating, it would tilt out of the xy plane; ");
   }
   SECTION("gravity out of it") {
     w.gravity = {0, -9, 1};
-    CHECK(faults() == "falls along z, out of the plane of x and y; ");
+    CHECK(faults() == "falls along z, out of the xy plane; ");
   }
   SECTION("a shape with another section") {
     w.shapes[e].list[0].kind = ShapeKind::ellipsoid;
-    CHECK(faults() ==
-          "has a shape whose section by a plane is made of neither discs nor polygons; ");
+    CHECK(faults() == "has a shape without a planar section of discs and polygons; ");
   }
   const Vec3 before = w.bodies[e].pose.position;
   run(w, 1.0 / 60, 5);
@@ -206,20 +205,20 @@ TEST_CASE("joints that no plane has are named and left out") {
   std::string expected;
   SECTION("a hinge askew") {
     joint = planar_joint(w, a, b, JointKind::hinge, {0, 0, 0}, {1, 0, 1});
-    expected = "has an axis that is not z, which no hinge in a plane has";
+    expected = "has an axis other than z, unlike a hinge in the xy plane";
   }
   SECTION("a universal joint") {
     joint.kind = JointKind::universal;
-    expected = "is of a kind that a plane does not have";
+    expected = "is of a kind that has no planar form";
   }
   SECTION("anchors at two heights") {
     joint.anchor_a.z = 0.1;
-    expected = "has anchors at two heights z, which a plane cannot bring together";
+    expected = "has anchors at two heights z, which no motion in the plane closes";
   }
   SECTION("a ball joint with limits") {
     joint.kind = JointKind::ball;
     joint.limits.edit().swing = {true, 1, 1};
-    expected = "is a ball joint with limits, of which a plane has none: a hinge along z has them";
+    expected = "is a ball joint with limits, which no motion in the xy plane: use a hinge along z";
   }
   add_link(w, {a, b, joint});
   REQUIRE(check(w).size() == 1);

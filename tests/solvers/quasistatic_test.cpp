@@ -248,7 +248,7 @@ TEST_CASE("What is no lamina, or is tied, is named and not moved") {
   std::swap(laminas_of(world)[rod_body].outline[0], laminas_of(world)[rod_body].outline[1]);
   std::swap(laminas_of(world)[rod_body].outline[2], laminas_of(world)[rod_body].outline[3]);
   world.mark_dirty();
-  CHECK(reasons(world) == "rod: is a lamina without an outline around some area\n");
+  CHECK(reasons(world) == "rod: is a lamina whose outline encloses no area\n");
 }
 
 TEST_CASE("A lamina goes on when a finger is destroyed") {

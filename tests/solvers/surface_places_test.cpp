@@ -245,10 +245,9 @@ TEST_CASE("surfaces: what is met from its inner side is told, with the way to tu
   const SkinPtr ball = ball_skin(Vec3(kFoot)), floor = flat_skin(4);
   const SkinPtr hollow = skin_of(turned_over(nurbs::sphere({}, kFoot)));
   CHECK(why(kFoot + 0.003, ball, floor).empty());
-  CHECK(
-      why(-kFoot - 0.003, ball, floor) ==
-      "found surfaces 0.003 m apart that meet with an inner side, that of b, expected outer sides "
-      "to face one another: \"inside_out\" turns a surface over");
+  CHECK(why(-kFoot - 0.003, ball, floor) ==
+        "found surfaces 0.003 m apart that face each other with an inner side, that of b, expected "
+        "outer sides to face each other: \"inside_out\" flips a surface");
   CHECK(why(kFoot + 0.003, hollow, floor).find("inner side, that of a,") != std::string::npos);
   CHECK(why(-kFoot - 0.003, hollow, floor).find("inner side, both,") != std::string::npos);
   CHECK(why(9, ball, floor).find("m apart, expected them to face") != std::string::npos);

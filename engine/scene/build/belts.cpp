@@ -83,10 +83,10 @@ bool GroupBuilder::place_pulleys(Element<BeltRecipe> e, BuiltBelt& made) {
       return refuse("two pulleys on " + quoted_name(recipe.body), "one on each body");
     if (b.body.motion == Motion::fixed)
       return refuse("a pulley on " + quoted_name(recipe.body) + ", which is fixed",
-                    "a body that turns: the belt does not slip on it");
+                    "a body that rotates: the belt does not slip on it");
     if (b.mass_properties->is_point)
       return refuse("a pulley on the point mass " + quoted_name(recipe.body),
-                    "a \"shape\" or an \"inertia\" of what turns");
+                    "a body with a \"shape\" or an \"inertia\"");
     moves = moves || b.body.motion == Motion::dynamic;
     BeltPulley pulley;
     pulley.anchor = anchor_of(made_, *on, recipe.at);
@@ -103,8 +103,7 @@ bool GroupBuilder::place_pulleys(Element<BeltRecipe> e, BuiltBelt& made) {
     made.bodies.push_back(*on), made.belt.pulleys.push_back(std::move(pulley));
   }
   if (!moves)
-    messages_.error(e.id, "pulleys",
-                    "found pulleys that nothing moves, expected a dynamic body among them");
+    messages_.error(e.id, "pulleys", "found no pulley on a dynamic body, expected at least one");
   return moves;
 }
 
@@ -133,7 +132,7 @@ bool GroupBuilder::can_be_driven(Element<BeltRecipe> e, const BuiltBelt& laid) {
     if (b.collision && !b.mass_properties->shapes.empty()) continue;
     messages_.error(e.id, "pulleys",
                     "found links on the pulley " + quoted_name(b.name) +
-                        ", which is not solid, expected it with a shape and \"collision\"");
+                        ", which does not collide, expected a shape and \"collision\"");
     return false;
   }
   return true;

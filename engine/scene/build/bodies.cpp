@@ -74,8 +74,9 @@ void GroupBuilder::tell_of_circle(const std::vector<std::uint32_t>& parents, std
   } while (at != start);
   messages_.error({ElementKind::body, number_, start}, "parent",
                   "found " + quoted_name(*group_.bodies[start].parent) +
-                      ", expected a parent that is not placed by this body (" + way +
-                      (named > kMostNamed ? "... -> " : "") + group_.bodies[start].name + ")");
+                      ", expected a parent that is not itself placed relative to this body (" +
+                      way + (named > kMostNamed ? "... -> " : "") + group_.bodies[start].name +
+                      ")");
 }
 
 /// Computes the pose of each body of the recipe, parents first.

@@ -21,12 +21,14 @@ std::vector<PathPoint> route_of(const BuiltScene& built, const BuiltCable& cable
 std::string fault_in(const std::vector<PathPoint>& route) {
   const auto fault = fault_of(route);
   if (!fault) return "";
-  const std::string at = "found places " + std::to_string(fault->place) + " and " +
+  const std::string at = "found guides " + std::to_string(fault->place) + " and " +
                          std::to_string(fault->place + 1) +
                          " of the cable, counted from its end a, ";
-  if (fault->askew) return at + "two pulleys, expected them in one plane, or a ring between them";
+  if (fault->askew)
+    return at +
+           "two pulleys in different planes, expected them in one plane, or a ring between them";
   return at + written(fault->distance) + " m apart, expected more than " + written(fault->least) +
-         " m: they lie within one another";
+         " m: they overlap";
 }
 
 }  // namespace pantin::detail

@@ -38,7 +38,7 @@ void choose_plane(World& world, BuildMessages& messages) {
   const ElementId scene{ElementKind::group, 0, 0};
   if (!has_planar_solver())
     return messages.warn(scene, "plane",
-                         "\"plane\" changes nothing: this build of pantin was made without Box2D");
+                         "\"plane\" has no effect: this build of pantin was made without Box2D");
   std::vector<Choice> choices = choices_for(world);
   const bool all_solid = std::none_of(choices.begin(), choices.end(),
                                       [](const Choice& c) { return c.is_solid && !c.why.empty(); });
@@ -46,7 +46,7 @@ void choose_plane(World& world, BuildMessages& messages) {
     const Entity body = world.bodies.owners()[c.slot];
     if (!c.why.empty()) {
       messages.warn(scene, "plane",
-                    "\"" + world.name_of(body) + "\" is not solved in the plane: " + c.why);
+                    "\"" + world.name_of(body) + "\" is not solved by \"planar\": " + c.why);
     } else if (!c.is_solid || all_solid) {
       SolverSettings settings = world.default_settings;
       settings.solver = Solver::planar;

@@ -67,21 +67,22 @@ const BuiltScene& GroupBuilder::part_of(const InstanceRecipe& instance, const Bu
                                         const ElementId& id) {
   if (!instance.mirror) return prefab.built;
   if (!prefab.built.paths.empty())
-    messages_.error(id, "mirror",
-                    "found a mirror image of " + quoted_name(instance.prefab) +
-                        ", which has paths, expected a prefab without: a path has no "
-                        "mirror image");
+    messages_.error(
+        id, "mirror",
+        "found a mirror image of " + quoted_name(instance.prefab) +
+            ", which has paths, expected a prefab without paths, which cannot be mirrored");
   if (!prefab.built.belts.empty())
-    messages_.error(id, "mirror",
-                    "found a mirror image of " + quoted_name(instance.prefab) +
-                        ", which has belts, expected a prefab without: they have no mirror image");
+    messages_.error(
+        id, "mirror",
+        "found a mirror image of " + quoted_name(instance.prefab) +
+            ", which has belts, expected a prefab without belts, which cannot be mirrored");
   image_ = mirrored(prefab.built, {{*instance.mirror, 0}}, context_.images);
   for (const BuiltBody& body : image_.bodies)
     if (const auto kind = unmirrored(*body.mass_properties)) {
       messages_.error(id, "mirror",
                       "found a mirror image of " + quoted_name(instance.prefab) + ", whose " +
                           quoted_name(body.name) + " has a " + std::string(name_of(*kind)) +
-                          ", expected a prefab without: it has no mirror image");
+                          ", expected a prefab without one: it cannot be mirrored");
       break;
     }
   return image_;
@@ -162,8 +163,7 @@ void GroupBuilder::copy_belt(const Copy& how, const BuiltBelt& belt, std::uint32
   if ((how.at.rotation * Vec3(0, 0, 1)).z < 1 - 1e-12)
     messages_.error(belt.at, "",
                     "found a belt in a prefab whose copy \"" + how.instance.name +
-                        "\" is turned out of the plane of x and y, expected it turned about z "
-                        "alone");
+                        "\" is rotated out of the xy plane, expected a rotation about z only");
 }
 
 GroupBuilder::FirstPlaces GroupBuilder::sizes() const {

@@ -93,7 +93,7 @@ bool GroupBuilder::can_be_pushed(Element<EventRecipe> e, std::uint32_t body) {
   if (made_.is_dynamic(body)) return true;
   messages_.error(e.id, e.recipe.member,
                   "found " + quoted_name(e.recipe.on) +
-                      ", expected a dynamic body: this one is moved by no force");
+                      ", expected a dynamic body: forces do not move this one");
   return false;
 }
 
@@ -108,7 +108,8 @@ bool GroupBuilder::set_motor(Element<EventRecipe> e, std::uint32_t joint, JointM
                     "found " + a_joint(j.joint.kind) + " " + quoted_name(j.name) + what);
     return false;
   };
-  if (!turns && !slides) return error(", expected one that turns or slides along one coordinate");
+  if (!turns && !slides)
+    return error(", expected one with one rotational or translational coordinate");
   if (!turns && e.recipe.in_degrees)
     return error(" with an angle in degrees, expected a travel in m");
   const JointParameters& own = *j.joint.parameters;
@@ -159,7 +160,7 @@ bool GroupBuilder::place_event(Element<EventRecipe> e, std::uint32_t body, Timed
     if constexpr (std::is_same_v<T, Vec3>)
       if (key.form == EventForm::axial && member != Vec3(0))
         messages_.error(e.id, key.key,
-                        "found what turns the point mass " + quoted_name(made_.bodies[body].name) +
+                        "found a torque on the point mass " + quoted_name(made_.bodies[body].name) +
                             ", expected a body with a \"shape\" or an \"inertia\"");
   });
   return true;
@@ -215,8 +216,8 @@ bool GroupBuilder::count_targets(const ElementId& at, std::size_t more) {
   targets_ += more;
   if (targets_ <= context_.limits.links) return true;
   messages_.error(at, "",
-                  "found events for more than " + std::to_string(context_.limits.links) +
-                      " things, expected fewer");
+                  "found events on more than " + std::to_string(context_.limits.links) +
+                      " objects, expected fewer");
   return false;
 }
 

@@ -37,7 +37,7 @@ bool GroupBuilder::can_hold(const ElementId& id, std::string_view member, std::u
   messages_.error(id, member,
                   "found a point " + written(glm::length(anchor)) + " m from the point mass " +
                       quoted_name(made_.bodies[body].name) +
-                      ", expected its centre, or a \"shape\" or an \"inertia\" of what turns");
+                      ", expected its centre, or a body with a \"shape\" or an \"inertia\"");
   return false;
 }
 
@@ -51,8 +51,8 @@ bool GroupBuilder::can_turn(const ElementId& id, const BuiltJoint& j, std::uint3
                   "found " + a_joint(joint.kind) +
                       (joint.kind == JointKind::ball ? " with limits or a drive" : "") +
                       " at the point mass " + quoted_name(made_.bodies[body].name) +
-                      ", expected a ball, a distance or a spring, or a \"shape\" or an "
-                      "\"inertia\" of what turns");
+                      ", expected a ball, a distance or a spring, or a body with a \"shape\" or an "
+                      "\"inertia\"");
   return false;
 }
 
@@ -92,7 +92,7 @@ bool GroupBuilder::slides(const std::optional<bool>& asked, std::uint32_t joint,
   messages_.error(
       place.from, place.member,
       "found the " + std::string(slides ? "travel" : "angle") + " of " + a_joint(kind) +
-          ", expected a joint that " + (slides ? "slides: " : "rotates about one axis: ") +
+          ", expected a joint that " + (slides ? "translates: " : "rotates about one axis: ") +
           kinds_where([&](const JointKindInfo& info) {
             return info.is_used(slides ? Coordinate::travel : Coordinate::angle, kGeared);
           }));
@@ -112,7 +112,7 @@ void GroupBuilder::add_gear(Element<GearRecipe> e) {
   if (*first == *second) {
     messages_.error(
         e.id, "second",
-        "found " + quoted_name(recipe.second) + ", expected another joint than the first");
+        "found " + quoted_name(recipe.second) + ", expected a joint other than the first");
     return;
   }
   BuiltGear placed{name_for(recipe.name, recipe.first, recipe.second), e.id, *first, *second, {}};
@@ -122,7 +122,7 @@ void GroupBuilder::add_gear(Element<GearRecipe> e) {
   r.ratio = recipe.ratio, r.has_offset = recipe.offset.has_value();
   r.offset = recipe.offset.value_or(0);
   if (recipe.in_degrees && r.second_travels)
-    messages_.error(e.id, "", "found \"offset_deg\" of a slide, expected \"offset\" in m");
+    messages_.error(e.id, "", "found \"offset_deg\" of a travel, expected \"offset\" in m");
   made_.gears.push_back(std::move(placed));
 }
 
@@ -136,7 +136,7 @@ void GroupBuilder::add_joints_of(Element<ChainRecipe> e) {
     end.body = *body;
     if (*body == end.link)
       messages_.error(e.id, member,
-                      "found " + quoted_name(*to) + ", expected another body than the link itself");
+                      "found " + quoted_name(*to) + ", expected a body other than the link itself");
     else
       made_.joints.push_back({chain.name + "/" + name, e.id, end.body, end.link,
                               chain_end_joint(made_, chain.turn, end), chain.turn.drive});
@@ -207,9 +207,7 @@ void GroupBuilder::add_cable_over(Element<CableRecipe> e, std::uint32_t a, std::
     made.guides.push_back(guide);
   }
   if (!moves)
-    return messages_.error(e.id, "",
-                           "found a cable along bodies that do not move, expected a "
-                           "dynamic one among them");
+    return messages_.error(e.id, "", "found a cable without a dynamic body, expected at least one");
   if (made.guides.size() + 2 > kMostPathPoints)
     return messages_.error(e.id, "over",
                            "found " + std::to_string(made.guides.size()) + " guides, expected " +
@@ -251,7 +249,7 @@ bool GroupBuilder::hold_on(Element<PinRecipe> e, BuiltPin& placed) {
   if (*to != placed.body) return true;
   messages_.error(
       e.id, "to",
-      "found " + quoted_name(*recipe.to) + ", expected another body than the one that is held");
+      "found " + quoted_name(*recipe.to) + ", expected a body other than the pinned one");
   return false;
 }
 

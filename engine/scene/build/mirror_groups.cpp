@@ -34,15 +34,15 @@ void GroupBuilder::add_image(const ElementId& at, std::uint32_t body, const Refl
     messages_.error(at, "bodies", "found " + quoted_name(own.name) + ", " + what);
   };
   if (own.has_path)  // a path of a prefab: those of this group are added later
-    return refuse("which has a path, expected a body without: a path has no mirror image");
+    return refuse("which has a path, expected a body without one: a path cannot be mirrored");
   if (own.is_lamina || own.is_finger)
-    return refuse("expected no lamina and no finger of one: they have no mirror image");
+    return refuse("expected no lamina and no finger of one: they cannot be mirrored");
   BuiltBody image = mirrored(own, by, context_.images);
   image.name = mirrored_name(image.name);
   if (!can_be_called(at, own.name, image.name)) return;
   if (const auto kind = unmirrored(*image.mass_properties))
     return refuse("which has a " + std::string(name_of(*kind)) +
-                  ", expected a body without: it has no mirror image");
+                  ", expected a body without one: it cannot be mirrored");
   const std::uint32_t place = add(std::move(image));
   images_[body] = {place, by.plane}, images_[place] = {body, by.plane};
 }
@@ -59,8 +59,8 @@ bool GroupBuilder::can_be_called(const ElementId& at, const std::string& name,
   }
   if (!bodies_.contains(image) && own_names_.insert(image).second) return true;
   messages_.error(at, "bodies",
-                  "found " + quoted_name(name) + ", whose image would be " + quoted_name(image) +
-                      ", expected that no other thing has this name");
+                  "found " + quoted_name(name) + ", whose mirror image would be " +
+                      quoted_name(image) + ", expected that name to be free");
   return false;
 }
 
@@ -112,11 +112,11 @@ struct GroupBuilder::MirroredLinks {
   std::string name(const ElementId& at, const std::string& own) const {
     std::string image = mirrored_name(own);
     if (image != own && group.own_names_.insert(image).second) return image;
-    group.messages_.error(at, "name",
-                          "found " + quoted_name(own) +
-                              ", which ties bodies that are mirrored, expected a name " +
-                              (image == own ? "with a side, as \"knee_left\""
-                                            : "whose image " + quoted_name(image) + " is free"));
+    group.messages_.error(
+        at, "name",
+        "found " + quoted_name(own) + ", which ties bodies that are mirrored, expected a name " +
+            (image == own ? "with a side, as \"knee_left\""
+                          : "whose mirror image " + quoted_name(image) + " is free"));
     return {};
   }
 
@@ -223,9 +223,9 @@ void GroupBuilder::mirror_links() {
   for (const BuiltBelt& belt : made_.belts)
     for (const std::uint32_t body : belt.bodies)
       if (images_.contains(body)) {
-        messages_.error(belt.at, "",
-                        "found a belt on bodies that are mirrored, expected none: it has no mirror "
-                        "image");
+        messages_.error(
+            belt.at, "",
+            "found a belt on bodies that are mirrored, expected none: it cannot be mirrored");
         break;
       }
 }

@@ -20,15 +20,14 @@ Found fault_of(const BuiltBody& b) {
   const Pose& at = b.body.pose;
   for (const Shape& shape : b.mass_properties->shapes)
     if (!has_section(shape, at.rotation))
-      return {"", "has a shape whose section by a plane is made of neither discs nor polygons"};
+      return {"", "has a shape without a planar section of discs and polygons"};
   return {};
 }
 
-constexpr const char* kExpected =
-    ", expected what stays in the plane of x and y, as \"planar\" needs";
+constexpr const char* kExpected = ", expected motion in the xy plane, as \"planar\" requires";
 
 constexpr const char* kExpectedOfBelts =
-    ", expected what stays in the plane of x and y, as the belt on it needs";
+    ", expected motion in the xy plane, as the belt on it requires";
 
 }  // namespace
 

@@ -89,8 +89,8 @@ namespace {
 std::string knowing(Feature feature) {
   const std::string told = solvers_that_know(feature);
   if (!knows(Solver::planar, feature) || told.find("planar") != std::string::npos)
-    return told + ": no other knows it";
-  return told + ", or \"planar\" for what stays in a plane";
+    return told + ": no other supports it";
+  return told + ", or \"planar\" for motion in the xy plane";
 }
 
 /// The constraints that hold each body: their number, and the first one.
@@ -126,7 +126,7 @@ void check_holders(const BuiltScene& built, const std::vector<Solver>& solvers,
                        "found " + std::to_string(of->count[body]) + " " +
                            std::string(of->bound.what) + " of body \"" + built.bodies[body].name +
                            "\" solved by \"lagrangian\", expected at most " +
-                           std::to_string(of->bound.most) + "; three hold a body");
+                           std::to_string(of->bound.most) + "; three already fix a body");
 }
 
 }  // namespace
@@ -188,7 +188,7 @@ std::string unknown_to(const BuiltScene& built, Solver solver) {
         if (!steps(extra.feature)) return extra.what;
   for (const BuiltBody& b : built.bodies)
     if (solver == Solver::quasistatic && b.body.motion == Motion::dynamic && !b.is_lamina)
-      return "body \"" + b.name + "\", which is no lamina";
+      return "body \"" + b.name + "\", which is not a lamina";
   if (!built.gears.empty() && !steps(Feature::ratio))
     return "gear \"" + built.gears.front().name + "\"";
   for (const BuiltBelt& b : built.belts)
@@ -231,13 +231,13 @@ void check_events(const BuiltScene& built, const std::vector<Solver>& solvers,
     if (std::holds_alternative<MotorEvent>(e.event.kind))
       error("joint", "a motor of joint \"" + built.joints[e.on].name + "\"", Feature::motor);
     if (const auto* pull = std::get_if<PullEvent>(&e.event.kind); pull && pull->stiffness > 0)
-      error("stiffness", "a hand that gives way", Feature::spring_pin);
+      error("stiffness", "a compliant pull", Feature::spring_pin);
     const auto* other = std::get_if<SolverEvent>(&e.event.kind);
     if (!other) continue;
     if (const std::string what = unknown_to(built, other->solver); !what.empty())
       messages.error(e.at, "solver",
                      "found \"" + std::string(name_of(other->solver)) +
-                         "\", expected a solver that knows " + what);
+                         "\", expected a solver that supports " + what);
   }
 }
 
@@ -248,8 +248,9 @@ void warn_of_events(const BuiltScene& built, Real duration, BuildMessages& messa
                     "event at " + written(start) + " s comes after the end of the scene at " +
                         written(duration) + " s");
     if (std::holds_alternative<WindEvent>(e.event.kind) && !feels_wind(built, e))
-      messages.warn(e.at, "calm",
-                    "no body has drag, so nothing feels this wind; give them or it a \"drag\"");
+      messages.warn(
+          e.at, "calm",
+          "no body has drag, so this wind has no effect; give the bodies or the wind a \"drag\"");
   }
 }
 

@@ -35,7 +35,7 @@ void GroupBuilder::add_surface_joint(Element<SurfaceJointRecipe> e) {
     return messages_.error(e.id, "",
                            "found a surface joint of " + quoted_name(recipe.a.body) + " and " +
                                quoted_name(recipe.b.body) +
-                               ", expected two bodies, a dynamic one among them");
+                               ", expected two bodies, at least one of them dynamic");
   BuiltSurfaceJoint made{name_for(recipe.name, recipe.a.body, recipe.b.body), e.id, *a, *b, {}};
   SurfaceContact& c = made.contact;
   c.motion = recipe.motion, c.lifts = recipe.lifts, c.on_rim = recipe.on_rim;
@@ -50,7 +50,7 @@ void GroupBuilder::add_surface_joint(Element<SurfaceJointRecipe> e) {
     if (side.body != kWorldBody && made_.bodies[side.body].mass_properties->is_point)
       return messages_.error(e.id, side.member,
                              "found the point mass " + quoted_name(side.recipe.body) +
-                                 ", expected a \"shape\" or an \"inertia\" of what turns");
+                                 ", expected a body with a \"shape\" or an \"inertia\"");
     if (place_side(side.recipe, side.body, side.to)) continue;
     return messages_.error(
         e.id, side.member,
@@ -64,7 +64,7 @@ void GroupBuilder::add_surface_joint(Element<SurfaceJointRecipe> e) {
     return messages_.error(e.id, "", why);
   for (const auto& [surface, side] : {std::pair{&c.on_a, "surface a"}, {&c.on_b, "surface b"}})
     if (const std::string crease = crease_between(*surface, side); !crease.empty())
-      messages_.warn(e.id, "crease", crease + "; a contact that comes there is lost");
+      messages_.warn(e.id, "crease", crease + "; a contact that reaches it is lost");
   if (c.lifts)
     if (const std::string fit = fit_between(c, {made_.pose_of(*a), made_.pose_of(*b)});
         !fit.empty())

@@ -232,7 +232,7 @@ class Parser {
     for (std::size_t i = 1; i < keys.size(); ++i)
       if (keys[i].first == keys[i - 1].first)
         note(document_[keys[i].second].key_offset, keys[i].second,
-             "found key \"" + clipped(keys[i].first) + "\" again, expected each key once");
+             "found key \"" + clipped(keys[i].first) + "\" twice, expected each key once");
   }
 
   bool number(NodeId id) {

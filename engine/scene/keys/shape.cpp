@@ -304,7 +304,7 @@ void refuse_moving(const Reader& from, ShapeKind kind, Motion motion) {
   const bool closed = traits_of(kind).shape_class == ShapeClass::mesh;
   from.error("type", "found a " + std::string(name_of(kind)) +
                          " on a dynamic body, expected it on a fixed or kinematic one" +
-                         (closed ? "; a hull, or several, can move" : ""));
+                         (closed ? "; use one or several hulls for a dynamic body" : ""));
 }
 
 }  // namespace

@@ -12,7 +12,7 @@ void check_times(const Reader& from, E& e) {
   if constexpr (requires { e.to; })
     if (e.to < e.from) {
       from.diagnostics.error(from.find("to"), "found " + written(e.to) +
-                                                  " s, before the begin at " + written(e.from) +
+                                                  " s, before the start at " + written(e.from) +
                                                   " s, expected a later time");
       e.to = e.from;
     }
@@ -21,7 +21,7 @@ void check_times(const Reader& from, E& e) {
       from.diagnostics.error(from.find("every"),
                              "found " + written(e.every) + " s, expected " +
                                  written(e.to - e.from) +
-                                 " s or more: it starts again when it has ended");
+                                 " s or more: it can restart only after it has ended");
 }
 
 // ---- Defaults that depend on other values ----

@@ -103,24 +103,24 @@ void check_laminas(const BuiltScene& built, const std::vector<Solver>& solvers,
   };
   for (std::uint32_t i = 0; i < built.bodies.size(); ++i)
     if (const BuiltBody& b = built.bodies[i]; is_slow(i) && !b.is_lamina)
-      messages.error(b.at, "",
-                     "found body \"" + b.name +
-                         "\" solved by \"quasistatic\", expected another solver: it moves laminas "
-                         "only");
+      messages.error(
+          b.at, "",
+          "found body \"" + b.name +
+              "\" solved by \"quasistatic\", expected another solver: it supports laminas only");
   const auto tell = [&](const ElementId& at, const std::string& what, std::uint32_t a,
                         std::uint32_t b) {
     if (is_slow(a) || is_slow(b))
-      messages.error(at, "",
-                     "found " + what +
-                         " on a lamina, expected none: its solver \"quasistatic\" knows fingers "
-                         "only");
+      messages.error(
+          at, "",
+          "found " + what +
+              " on a lamina, expected none: its solver \"quasistatic\" supports fingers only");
   };
   for (const BuiltPath& p : built.paths)
     if (built.bodies[p.body].is_finger)
       messages.error(p.at, "body",
                      "found \"" + built.bodies[p.body].name +
-                         "\", expected no finger of a lamina: those move by their \"velocity\" or "
-                         "\"waypoints\"");
+                         "\", expected no finger of a lamina: fingers move by their \"velocity\" "
+                         "or \"waypoints\"");
   for (const BuiltJoint& j : built.joints) tell(j.at, "joint \"" + j.name + "\"", j.a, j.b);
   for (const BuiltCable& c : built.cables) tell(c.at, "cable \"" + c.name + "\"", c.a, c.b);
   for (const BuiltPin& p : built.pins) tell(p.at, "pin \"" + p.name + "\"", p.body, p.to);

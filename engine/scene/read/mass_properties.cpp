@@ -80,7 +80,7 @@ std::optional<MassProperties> weigh(const Reader& from, const std::vector<ShapeW
   if (whole.mass > 0 && std::isfinite(whole.mass) && is_possible_inertia(moments)) return whole;
   if (from.diagnostics.error_count() == refused_before)
     from.error("found a mass of " + written(whole.mass) +
-               " kg, expected shapes that make a finite mass above 0");
+               " kg, expected shapes with a finite mass above 0");
   return std::nullopt;
 }
 

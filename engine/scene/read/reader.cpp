@@ -40,7 +40,7 @@ Reader::Reader(const JsonDocument& j, Diagnostics& c, ObjectSource from, const K
     if (accepts(key)) continue;
     if (set.is_retired(key)) {
       diagnostics.warn(child, "retired key",
-                       "the key \"" + std::string(key) + "\" has no effect today");
+                       "the key \"" + std::string(key) + "\" no longer has any effect");
       continue;
     }
     const auto today = std::ranges::find(set.keys, key, &Key::old);
@@ -108,9 +108,9 @@ void Reader::warn_of_old(NodeId child, std::string_view today) const {
   const std::string old(json[child].key), now(today);
   if (json.member(node, today) != kNoNode)
     diagnostics.error_at_key(child, "found \"" + old + "\" beside \"" + now +
-                                        "\", expected only the latter, its name today");
+                                        "\", expected only the latter, its current name");
   else
-    diagnostics.warn(child, "old key", "the key \"" + old + "\" is called \"" + now + "\" today");
+    diagnostics.warn(child, "old key", "the key \"" + old + "\" is now called \"" + now + "\"");
 }
 
 bool Reader::accepts(std::string_view key) const { return set_.find(key) != nullptr; }
@@ -275,7 +275,7 @@ std::size_t Reader::word(std::string_view key, std::size_t otherwise,
       const auto place = static_cast<std::size_t>(it - from.old_words.begin());
       diagnostics.warn(
           value, "old word",
-          "\"" + std::string(word) + "\" is called \"" + std::string(words[place]) + "\" today");
+          "\"" + std::string(word) + "\" is now called \"" + std::string(words[place]) + "\"");
       return place;
     }
   }
@@ -349,7 +349,7 @@ Quat Reader::rotation(Quat otherwise, std::string_view key) const {
   }
   if (error > 1e-6)
     diagnostics.warn(value, "quaternion",
-                     "quaternion of length " + written(length) + " was brought to length 1");
+                     "quaternion of length " + written(length) + " was normalised");
   return error < 1e-15 ? quaternion : quaternion * (1 / length);
 }
 
@@ -368,7 +368,7 @@ std::string Reader::name() const {
   std::string word = text("name", "");
   if (value == kNoNode || json[value].kind != JsonKind::string) return {};
   if (word == "world") {
-    diagnostics.error_value(value, "another name: this one stands for what never moves");
+    diagnostics.error_value(value, "another name: this one stands for the fixed world");
     return {};
   }
   const bool is_plain = std::none_of(word.begin(), word.end(), [](char c) {

@@ -114,10 +114,10 @@ std::optional<EventRecipe> read_event_of_prefab(const Reading& reading, NodeId n
   if (is_of_file)
     reading.diagnostics.warn(
         node, "event of a scene",
-        "the event \"" + name + "\" is of the whole scene; in a prefab it is left out");
+        "the event \"" + name + "\" applies to the whole scene; in a prefab it is ignored");
   else
     reading.diagnostics.error_value(reading.json.member(node, "type"),
-                                    "an event of the prefab's own things: " + own_events());
+                                    "an event on objects of the prefab: " + own_events());
   return std::nullopt;
 }
 
@@ -132,7 +132,7 @@ void add_bodies_of_laminas(const OpenGroup& open) {
       reading.diagnostics.warn(
           node, "lamina without a body",
           "lamina \"" + (*scene.laminas)[i].name +
-              "\" has no outline or no mass: only `pantin modes` knows it, nothing moves it");
+              "\" has no outline or no mass: only `pantin modes` uses it, it does not move");
       continue;
     }
     add_lamina_bodies((*scene.laminas)[i], reading.solver, {open.group.bodies, reading.materials});
@@ -194,7 +194,7 @@ bool may_open(const Reading& reading, NodeId at, const std::string& full) {
   std::string way;
   for (auto it = same; it != open.end(); ++it)
     way += std::filesystem::path(*it).filename().string() + " -> ";
-  reading.diagnostics.error_value(at, "a file that does not take itself in (" + way +
+  reading.diagnostics.error_value(at, "a file that does not include itself (" + way +
                                           std::filesystem::path(full).filename().string() + ")");
   return false;
 }
@@ -222,7 +222,7 @@ std::optional<std::uint32_t> read_prefab_file(const Reading& reading, const Read
   const auto number = static_cast<std::uint32_t>(prefabs.size());
   if (from.has("laminas"))
     inner.diagnostics.warn(from.find("laminas"), "laminas of a scene",
-                           "laminas are of the whole scene; in a prefab they are left out");
+                           "laminas belong to the whole scene; in a prefab they are ignored");
   read_content(inner, from, number);
   scene.open_files.pop_back();
   scene.prefab_of.emplace(full, number - 1);

@@ -49,7 +49,8 @@ bool check_face(const Reading& reading, NodeId node, const nurbs::Surface& face,
   }
   for (const nurbs::Flaw& flaw : nurbs::flaws_of(face, name)) {
     if (flaw.kind == nurbs::FlawKind::crease)
-      reading.diagnostics.warn(node, "crease", flaw.text + " rad: nothing rolls over it smoothly");
+      reading.diagnostics.warn(node, "crease",
+                               flaw.text + " rad: a contact cannot roll over it smoothly");
     else if (flaw.kind == nurbs::FlawKind::singular_point ||
              flaw.kind == nurbs::FlawKind::degenerate_edge)
       reading.diagnostics.warn(node, "no normal", flaw.text + ": contacts there are lost");
@@ -78,8 +79,8 @@ SurfacePointer made_of(const Reader& from, std::shared_ptr<const nurbs::Skin> sk
   if (made && made->model->doubt > kSureVolume)
     from.diagnostics.warn(
         from.node, "volume",
-        called(from) + " folds so wildly that its volume is known to a share of " +
-            written(made->model->doubt) + " only: give the mass and the inertia of its bodies");
+        called(from) + " folds so strongly that its volume is known only to a fraction of " +
+            written(made->model->doubt) + ": give the mass and the inertia of its bodies");
   return made;
 }
 
@@ -118,7 +119,7 @@ SurfacePointer surface_of_file(const Reading& reading, NodeId at, const std::str
   if (!is_new) {
     if (!known->second)
       reading.diagnostics.error_value(
-          at, "another file: this one was refused above, or takes itself in");
+          at, "another file: this one was refused above, or includes itself");
     return known->second;
   }
   SceneFile* opened = scene.files.open(path, reading.file, at);

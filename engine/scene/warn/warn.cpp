@@ -50,7 +50,7 @@ void warn_of_joints(const BuiltScene& built, const Exact& exact, BuildMessages& 
       messages.warn(j.at, "ratio",
                     "joint " + quoted(j.name) + " has a mass ratio of " + written(ratio) + ":1 (" +
                         a->name + " " + written(a->body.mass) + " kg, " + b->name + " " +
-                        written(b->body.mass) + " kg); above 100:1 expect less accurate motion");
+                        written(b->body.mass) + " kg); above 100:1 the motion is less accurate");
   }
 }
 
@@ -91,9 +91,10 @@ void warn_of_loops(const BuiltScene& built, const Exact& exact, BuildMessages& m
   const auto warn = [&](const BuiltJoint& j, const char* does) {
     const bool turns = info_of(j.joint.kind).uses_axes || j.joint.limits.any() || j.drive;
     if (turns)
-      messages.warn(j.at, "loop",
-                    "joint " + quoted(j.name) + " " + does +
-                        ", so only its point is held, not its kind, limits or drive");
+      messages.warn(
+          j.at, "loop",
+          "joint " + quoted(j.name) + " " + does +
+              ", so this solver constrains only its point, not its kind, limits or drive");
   };
   for (const BuiltJoint& j : built.joints) {
     const std::uint32_t mover = built.is_dynamic(j.a) ? j.a : j.b;
@@ -105,7 +106,7 @@ void warn_of_loops(const BuiltScene& built, const Exact& exact, BuildMessages& m
   std::stable_sort(holds.begin(), holds.end(),
                    [](const auto& x, const auto& y) { return x.first < y.first; });
   for (const auto& [body, joint] : holds)
-    if (!trees.hold(body)) warn(*joint, "holds what another joint holds in place already");
+    if (!trees.hold(body)) warn(*joint, "fixes a body that another joint already fixes");
 }
 
 /// Warns of joints that start beyond their limits.
@@ -116,16 +117,18 @@ void warn_of_turns(const BuiltScene& built, BuildMessages& messages) {
         relative_rotation(j.joint, built.pose_of(j.a).rotation, built.pose_of(j.b).rotation);
     const Real beyond = violation(j.joint, start);
     if (beyond > kBeyond)
-      messages.warn(j.at, "turn",
-                    "joint " + quoted(j.name) + " starts " + written(beyond * 180 / kPi) +
-                        " degrees beyond what its kind and limits allow; it will jump there");
+      messages.warn(
+          j.at, "turn",
+          "joint " + quoted(j.name) + " starts " + written(beyond * 180 / kPi) +
+              " degrees beyond what its kind and limits allow; it will jump into that range");
   }
 }
 
 /// Warns of features that a solver ignores but that do not prevent a run: one line each.
 void warn_of_unknown(const BuiltScene& built, const Exact& exact, Solver solver,
                      BuildMessages& messages) {
-  const std::string who = std::string("but the solver \"") + name_of(solver) + "\" does not know ";
+  const std::string who =
+      std::string("but the solver \"") + name_of(solver) + "\" does not support ";
   std::size_t solid = 0;
   const BuiltBody* first = nullptr;
   for (std::uint32_t i = 0; i < built.bodies.size(); ++i)
@@ -137,8 +140,8 @@ void warn_of_unknown(const BuiltScene& built, const Exact& exact, Solver solver,
                   "body " + quoted(first->name) +
                       (solid > 1 ? " and " + std::to_string(solid - 1) + " more are" : " is") +
                       " solid, " + who +
-                      "blows, nor contacts with bodies of its own or of \"auto\"; it is pushed out "
-                      "of others");
+                      "impacts, or contacts with bodies of its own or of \"auto\"; it is only "
+                      "pushed out of others");
   for (const BuiltJoint& j : built.joints) {
     const std::uint32_t mover = built.is_dynamic(j.a) ? j.a : j.b;
     if (j.joint.limits->soft_zone > 0 && built.is_dynamic(mover) &&
@@ -159,7 +162,7 @@ void warn_of_strings(const BuiltScene& built, BuildMessages& messages) {
     if (over > kOpen)
       messages.warn(s.at, "short",
                     "cable " + quoted(s.name) + " of " + written(s.joint.length) + " m starts " +
-                        written(over) + " m too short; it will pull hard at first");
+                        written(over) + " m too short; its initial pull is large");
   }
 }
 
@@ -268,10 +271,10 @@ class Reach {
     const Real least = std::max(Real(0), 2 * longest - reach);
     const Real distance = glm::length(to.target - from.target);
     const std::string where = to.name + " is held " + written(distance) + " m from " + from.name +
-                              ", but the way between ";
+                              ", but the linkage between them ";
     if (distance > reach + kOpen)
       messages.warn(to.at, "reach",
-                    where + "measures only " + written(reach) + " m; it stays out of reach");
+                    where + "reaches only " + written(reach) + " m; it stays out of reach");
     else if (distance < least - kOpen)
       messages.warn(to.at, "reach",
                     where + "cannot fold below " + written(least) + " m; it stays out of reach");

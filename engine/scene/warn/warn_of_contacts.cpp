@@ -158,8 +158,8 @@ void warn_of_falls(const BuiltScene& built, Filters& filters, BuildMessages& mes
   messages.warn(first->at, "fall",
                 called(*first) +
                     (count > 1 ? " and " + std::to_string(count - 1) + " more fall" : " falls") +
-                    " for ever: no joint, cable or pin leads to anything that stays, and nothing "
-                    "solid that stays can stop " +
+                    " forever: no joint, cable or pin leads to a fixed body, and no collider that "
+                    "stays in place can stop " +
                     (count > 1 ? "them" : "it"));
 }
 

@@ -86,7 +86,7 @@ void read_links(Builder& b) {
     } else if (!b.is_dynamic(sa) && !b.is_dynamic(sb)) {
       b.fault(owner, "ties two bodies that joints cannot move");
     } else if (!is_articulated(link.joint.kind)) {
-      b.fault(owner, "is of a kind that only the Lagrangian solver knows");
+      b.fault(owner, "is of a kind that only the Lagrangian solver supports");
     } else if (!b.is_dynamic(sa)) {
       b.anchorages.push_back({sb, link.joint.anchor_b, sa, kNoSlot, i, link.joint.anchor_a});
     } else if (!b.is_dynamic(sb)) {
@@ -127,9 +127,9 @@ void read_pins(Builder& b) {
     if (pin.to) {
       const std::uint32_t to = world.bodies.slot(pin.to);
       if (to == kNoSlot)
-        b.fault(world.pins.owners()[i], "holds on to a body that does not exist");
+        b.fault(world.pins.owners()[i], "is anchored to a body that does not exist");
       else if (to == slot)
-        b.fault(world.pins.owners()[i], "holds a body on to itself");
+        b.fault(world.pins.owners()[i], "anchors a body to itself");
       else if (!b.is_dynamic(to))
         b.anchorages.push_back(
             {slot, pin.anchor, to, i, kNoSlot, pin.target, pin.priority, compliance, pin.damping});

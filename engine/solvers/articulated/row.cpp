@@ -44,7 +44,7 @@ const char* fault(const World& world) {
     PANTIN_ASSERT(a.slots.size() % kLanes == 0 && a.slots.size() >= a.count());
     for (std::size_t c = 0; c < a.slots.size() && !a.unfit; ++c)  // padding too
       if (!is_mass(a.constants.at(kMass, c)) || !is_mass(a.constants.vec(kInertia, c)))
-        return "holds a mass that is not positive and finite";
+        return "contains a mass that is not positive and finite";
   }
   return nullptr;
 }

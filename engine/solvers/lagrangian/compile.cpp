@@ -203,10 +203,10 @@ void pack_cable_path(Packer& p, std::uint32_t source) {
     const auto* found = std::find(block.body, block.body + block.count, number);
     if (found == block.body + kMostBlockBodies - 1 || slots.size() > kMostPathPoints) {
       m.places.resize(block.first_place);
-      return p.partition.faults.push_back({world.cables.owners()[source],
-                                           "is led over more than 14 guides or along more than 7 "
-                                           "bodies",
-                                           StructureFault::left_out, false});
+      return p.partition.faults.push_back(
+          {world.cables.owners()[source],
+           "runs over more than 14 guides or along more than 7 bodies", StructureFault::left_out,
+           false});
     }
     m.places.push_back(static_cast<std::uint8_t>(found - block.body));
     if (found == block.body + block.count) block.body[block.count++] = number;
@@ -318,7 +318,8 @@ void pack_gears(Packer& p) {
     const Coordinate first = r.first_travels ? Coordinate::travel : Coordinate::angle;
     const Coordinate second = r.second_travels ? Coordinate::travel : Coordinate::angle;
     if (!fits_gear(one->joint, first) || !fits_gear(two->joint, second)) {
-      p.partition.faults.push_back({owner, "couples a freedom that the joint does not have",
+      p.partition.faults.push_back({owner,
+                                    "couples a degree of freedom that the joint does not have",
                                     StructureFault::left_out, false});
       continue;
     }

@@ -143,7 +143,7 @@ const char* fault(const World& world) {
   for (const Island& m : islands_of(world)) {
     if (m.unfit) continue;
     if (const char* why = settings_fault(m.settings)) return why;
-    if (!masses_hold(m)) return "holds a mass that is not positive and finite";
+    if (!masses_hold(m)) return "contains a mass that is not positive and finite";
   }
   return nullptr;
 }

@@ -80,7 +80,7 @@ void pick_pins(Builder& b) {
     if (slot == kNoSlot || slot == to || (pin.to && to == kNoSlot)) continue;
     if ((!b.is_own(slot) && !b.is_own(to)) || pin.kind != PinKind::exact) continue;
     if (b.is_foreign(slot) || (pin.to && b.is_foreign(to))) {
-      b.leave_out(b.world.pins.owners()[i], "ties a body of the plane to one of another solver");
+      b.leave_out(b.world.pins.owners()[i], "ties a planar body to a body of another solver");
       continue;
     }
     b.wanted[slot] = true;
@@ -110,7 +110,8 @@ void pick_gears(Builder& b) {
     if (fits(first, one) && fits(second, two))
       b.all.gears.push_back({b.world.gears.owners()[i], i, {first, second}});
     else
-      b.leave_out(b.world.gears.owners()[i], "couples a freedom that the joint does not have");
+      b.leave_out(b.world.gears.owners()[i],
+                  "couples a degree of freedom that the joint does not have");
   }
 }
 
@@ -149,7 +150,7 @@ void pick_curves(Builder& b) {
       continue;
     }
     if (b.is_foreign(slot_a) || b.is_foreign(slot_b)) {
-      b.leave_out(owner, "ties a body of the plane to one of another solver");
+      b.leave_out(owner, "ties a planar body to a body of another solver");
       continue;
     }
     const Body &on_a = b.world.bodies.values()[slot_a], &on_b = b.world.bodies.values()[slot_b];

@@ -195,10 +195,10 @@ const char* fault(const World& world) {
   const Planar& all = plane_of(world);
   for (const PlaneContact& t : all.touches)
     if (std::max(t.a, t.b) >= all.bodies.size())
-      return "holds a contact of a body that does not exist";
+      return "contains a contact of a body that does not exist";
   for (const FlatBody& f : all.bodies)
     if (!std::isfinite(f.turned) || !is_unit(Pose{Vec3(0), f.tilt}))
-      return "holds a rotation that is not finite or not of length 1";
+      return "contains a rotation that is not a unit quaternion";
   return nullptr;
 }
 

@@ -19,15 +19,15 @@ const char* fault(const World& world) {
     if (m.unfit) continue;
     const Lamina& lamina = *laminas_of(world)->find(m.body);
     if (m.motion.touches.count > modes::kMostContacts)
-      return "holds more contacts than a lamina can have";
+      return "contains more contacts than a lamina can have";
     for (const modes::Touch& t : m.motion.touches)
       if (t.finger >= lamina.fingers.size() || t.feature >= lamina.outline.size())
-        return "holds a contact of a finger or an edge that does not exist";
+        return "contains a contact of a finger or an edge that does not exist";
     for (const planar::PlaneContact& t : m.touches)
       if (std::max(t.a, t.b) > lamina.fingers.size())
-        return "holds a contact of a body that does not exist";
+        return "contains a contact of a body that does not exist";
     if (!std::isfinite(m.turned) || !(m.calm >= 0))
-      return "holds a number that is not finite or below 0";
+      return "contains a number that is not finite or below 0";
   }
   return nullptr;
 }

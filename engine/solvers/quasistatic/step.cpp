@@ -93,14 +93,14 @@ bool step_modes(World& world, Island& m, Clock& clock) {
 
 const char* word_for(Why why) {
   constexpr const char* kWords[] = {"",
-                                    "no motion keeps it out of the fingers",
+                                    "every motion penetrates a finger",
                                     "no forces of the fingers balance its load",
-                                    "motions and balances exist, but no mode has both",
-                                    "too many modes to be looked through",
-                                    "its fingers leave the motion open",
+                                    "feasible motions and equilibria exist, but no mode has both",
+                                    "too many modes to enumerate",
+                                    "its fingers do not determine the motion",
                                     "a finger is at a corner, where it has no normal",
                                     "it has more than 32 contacts",
-                                    "several modes hold, or an unstable one alone",
+                                    "several modes hold, or only an unstable one",
                                     "modes switch without end"};
   PANTIN_ASSERT(static_cast<std::size_t>(why) < std::size(kWords));
   return kWords[static_cast<std::size_t>(why)];
