@@ -84,10 +84,9 @@ TEST_CASE("A class that is not there is refused with the nearest that is") {
         "\"limb\"");
   CHECK(diagnostics(R"({"version": 1, "classes": [{"name": "a", "class": "b"}, {"name": "b"}]})") ==
         Lines{"t.json:1:51: /classes/0/class: found \"b\", expected the name of a class"});
-  CHECK(
-      diagnostics(R"({"version": 1, "classes": [{"name": "a"}, {"name": "a"}]})") ==
-      Lines{"t.json:1:52: /classes/1/name: found the name \"a\" again, expected one that no class "
-            "above has"});
+  CHECK(diagnostics(R"({"version": 1, "classes": [{"name": "a"}, {"name": "a"}]})") ==
+        Lines{"t.json:1:52: /classes/1/name: found the name \"a\" again, expected one that no "
+              "earlier class has"});
 }
 
 TEST_CASE("What is wrong in a class is told once, used or not") {
@@ -103,8 +102,8 @@ TEST_CASE("What is wrong in a class is told once, used or not") {
 {"name": "a", "class": "c", "shape": {"type": "sphere", "radius": 1}},
 {"name": "b", "class": "c", "shape": {"type": "sphere", "radius": 1}}]})") == expected);
   CHECK(diagnostics(R"({"version": 1, "defaults": {"joint": {"kind": "hinge"}}})") ==
-        Lines{"t.json:1:39: /defaults/joint/kind: found a \"kind\" of all joints, expected it of a "
-              "class or of a joint"});
+        Lines{"t.json:1:39: /defaults/joint/kind: found a \"kind\" for all joints, expected it in "
+              "a class or a joint"});
 }
 
 TEST_CASE("Classes take after one another seven times at most") {

@@ -149,7 +149,7 @@ TEST_CASE("Times that cannot be meant are refused") {
               "only after it has ended"});
   CHECK(refused(R"({"type": "push", "body": "a", "force": [1, 0, 0], "every": 1})") ==
         Lines{"t.json:13:51: /events/0/every: found \"every\" without \"to\", expected the end of "
-              "the first time too"});
+              "the first interval too"});
   CHECK(refused(R"({"type": "cut", "pin": "nail"})") ==
         Lines{"t.json:13:1: /events/0: found no \"at\", expected a time in seconds"});
   CHECK(refused(R"({"type": "impulse", "body": "a", "at": 1, "from": 2, "impulse": [1, 0, 0]})")

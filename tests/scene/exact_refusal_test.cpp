@@ -44,10 +44,9 @@ Lines with_masses(const std::string& members) { return diagnostics(with_body("\n
 }  // namespace
 
 TEST_CASE("Kinds that a file cannot tell, or that lack their measure, are refused") {
-  CHECK(
-      at_point(R"("kind": "custom")") ==
-      Lines{"t.json:5:30: /joints/0/kind: found \"custom\", expected a kind that a file can tell: "
-            "a custom joint is made in C++, with JointExtras::custom"});
+  CHECK(at_point(R"("kind": "custom")") ==
+        Lines{"t.json:5:30: /joints/0/kind: found \"custom\", expected a kind that a file can "
+              "define: a custom joint is defined in C++, by JointParameters::custom"});
   CHECK(at_point(R"("kind": "screw")") == Lines{"t.json:4:46: /joints/0: found no \"pitch\", "
                                                 "expected the travel per rad of rotation, in m"});
   CHECK(at_point(R"("kind": "screw", "pitch": 0)") ==
@@ -115,7 +114,7 @@ TEST_CASE("What belongs to other kinds of joints is refused") {
             "them"});
   CHECK(at_point(R"("kind": "prismatic", "drive": {"stiffness": 1})") ==
         Lines{"t.json:5:43: /joints/0/drive: found a drive of a prismatic joint, expected a "
-              "\"motor\" or a \"spring\": drives turn joints that share a point"});
+              "\"motor\" or a \"spring\": drives rotate joints with a shared point"});
   CHECK(with_joint(R"("kind": "distance", "point_a": [0, 0, 0], "point_b": [0, 0, 0])") ==
         Lines{"t.json:4:46: /joints/0: found a distance joint whose ends start at one point, "
               "expected a \"length\""});
@@ -124,23 +123,22 @@ TEST_CASE("What belongs to other kinds of joints is refused") {
 TEST_CASE("Springs, friction and motors that do nothing, or two things at once, are refused") {
   CHECK(
       at_point(R"("kind": "hinge", "spring": {}, "friction": {}, "motor": {}, "rest_deg": 1)") ==
-      Lines{
-          "t.json:5:49: /joints/0/spring: found neither \"stiffness\" nor \"damping\", expected "
-          "one of them: without them a spring does nothing",
-          "t.json:5:65: /joints/0/friction: found neither \"viscous\" nor \"dry\", expected one "
-          "of them: without them there is no friction",
-          "t.json:5:78: /joints/0/motor: found no \"velocity\", expected the speed it keeps, or "
-          "the \"position\" it goes to",
-          "t.json:5:78: /joints/0/motor: found no \"gain\", expected how hard it corrects what is "
-          "off: effort for each unit of it"});
+      Lines{"t.json:5:49: /joints/0/spring: found neither \"stiffness\" nor \"damping\", expected "
+            "one of them: without them a spring has no effect",
+            "t.json:5:65: /joints/0/friction: found neither \"viscous\" nor \"dry\", expected one "
+            "of them: without them there is no friction",
+            "t.json:5:78: /joints/0/motor: found no \"velocity\", expected a target rate, or a "
+            "target \"position\"",
+            "t.json:5:78: /joints/0/motor: found no \"gain\", expected the torque or force per "
+            "unit of error"});
   CHECK(at_point(R"("kind": "hinge", "motor": {"velocity": 1, "position": 1, "gain": 1})") ==
         Lines{"t.json:5:64: /joints/0/motor/position: found \"position\" beside \"velocity\", "
               "expected only one of them"});
   CHECK(at_point(R"("kind": "hinge", "motor": {"velocity": 1, "gain": 1, "damping": 1})") ==
-        Lines{"t.json:5:75: /joints/0/motor/damping: found \"damping\" of a motor that keeps a "
-              "speed, expected it with \"position\" only"});
+        Lines{"t.json:5:75: /joints/0/motor/damping: found \"damping\" of a velocity motor, "
+              "expected it with \"position\" only"});
   CHECK(at_point(R"("kind": "prismatic", "motor": {"velocity_deg": 1, "gain": 1})") ==
-        Lines{"t.json:5:53: /joints/0/motor/velocity_deg: found \"velocity_deg\" of a slide, "
+        Lines{"t.json:5:53: /joints/0/motor/velocity_deg: found \"velocity_deg\" for a travel, "
               "expected \"velocity\" in m or m/s"});
 }
 
@@ -155,11 +153,10 @@ TEST_CASE("Gears that couple nothing are refused") {
             "rotates about one axis: hinge, cylindrical or screw",
             "t.json:8:25: /gears/0/second: found the angle of a prismatic joint, expected a joint "
             "that rotates about one axis: hinge, cylindrical or screw"});
-  CHECK(
-      with_ratio(R"("first": "h", "first_coordinate": "travel", "second": "gear")") ==
-      Lines{"t.json:7:11: /gears/0: found no \"ratio\", expected how far the second moves for each "
-            "unit of the first",
-            "t.json:8:55: /gears/0/second: found \"gear\", expected the name of a joint"});
+  CHECK(with_ratio(R"("first": "h", "first_coordinate": "travel", "second": "gear")") ==
+        Lines{"t.json:7:11: /gears/0: found no \"ratio\", expected the motion of second per unit "
+              "of first",
+              "t.json:8:55: /gears/0/second: found \"gear\", expected the name of a joint"});
   CHECK(with_ratio(R"("first": "h", "second": "s", "ratio": 1, "offset_deg": 3)") ==
         Lines{"t.json:7:11: /gears/0: found \"offset_deg\" of a travel, expected \"offset\" in m"});
 }
@@ -179,10 +176,10 @@ TEST_CASE("Settings that no solver has are refused") {
             "1e12"});
   CHECK(with_solver(R"("integrator": "rattle", "step_tolerance": 1e-6)") ==
         Lines{"t.json:2:25: /solver/step_tolerance: found \"step_tolerance\" with the integrator "
-              "\"rattle\", expected it with rk4 or radau only: no other divides steps"});
+              "\"rattle\", expected it with rk4 or radau only: no other subdivides steps"});
   CHECK(with_solver(R"("integrator": "euler", "baumgarte": 2, "damping_ratio": 1.5)") ==
         Lines{"t.json:2:37: /solver/baumgarte: found 2, expected a number from 0 to 1: with "
-              "\"euler\" it is the part of a gap closed in a step",
+              "\"euler\" it is the fraction of a gap closed in a step",
               "t.json:2:57: /solver/damping_ratio: found 1.5, expected a number from 0 to 1"});
 }
 

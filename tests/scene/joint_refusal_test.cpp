@@ -42,7 +42,7 @@ TEST_CASE("Kinds and limits that a joint cannot have are refused by name") {
               "ball joint: twist, cone or swing"});
   CHECK(with_joint(R"("kind": "fixed", "limits": {"first": [0, 1]})") ==
         Lines{"t.json:5:29: /joints/0/limits/first: found a limit \"first\", expected none: a "
-              "fixed joint turns nowhere"});
+              "fixed joint has no rotation"});
 }
 
 TEST_CASE("Limits that leave nothing, or that no joint reaches, are refused") {
@@ -67,8 +67,8 @@ TEST_CASE("Limits that leave nothing, or that no joint reaches, are refused") {
         Lines{"t.json:5:12: /joints/0/limits/swing: found \"swing\" beside \"cone\", expected "
               "only one of them"});
   CHECK(with_joint(R"("limits": {"soft": {"zone": 0.1, "stiffness": 1}})") ==
-        Lines{"t.json:5:12: /joints/0/limits/soft: found \"soft\" without a limit, expected one "
-              "beside it, whose stops it softens"});
+        Lines{"t.json:5:12: /joints/0/limits/soft: found \"soft\" without a limit, expected a "
+              "limit beside it"});
   CHECK(with_joint(R"("limits": {"cone": 1, "soft": {"stiffness": -1}})") ==
         Lines{"t.json:5:31: /joints/0/limits/soft: found no \"zone\", expected how far before "
               "the stop the spring begins, in rad, or \"zone_deg\"",
@@ -90,19 +90,19 @@ TEST_CASE("Joint axes that are zero, or told twice, are refused") {
         Lines{"t.json:5:20: /joints/0/axis_a: found \"axis_a\" beside \"axis\", expected only "
               "one of them"});
   CHECK(with_joint(R"("axis_a": [0, 1, 0], "axis_b": [1, 0, 0], "rest_deg": [0, 0, 0])") ==
-        Lines{"t.json:4:12: /joints/0: found \"axis_a\" and \"axis_b\", expected \"across_a\" "
-              "and \"across_b\" beside them: the joint's zero is where the two agree",
-              "t.json:5:43: /joints/0/rest_deg: found \"rest_deg\" beside the axes in both "
-              "bodies, expected only one of them: those tell it"});
+        Lines{"t.json:4:12: /joints/0: found \"axis_a\" and \"axis_b\", expected \"across_a\" and "
+              "\"across_b\" beside them: they define the zero of the joint",
+              "t.json:5:43: /joints/0/rest_deg: found \"rest_deg\" beside the axes in both bodies, "
+              "expected only one of them: the axes determine it"});
 }
 
 TEST_CASE("Turns that a kind of joint cannot make are refused") {
   CHECK(with_joint(R"("kind": "hinge", "rest_deg": [0, 10, 0])") ==
-        Lines{"t.json:5:30: /joints/0/rest_deg: found a turn 10 degrees from what a hinge joint "
-              "can make, expected one that it can"});
+        Lines{"t.json:5:30: /joints/0/rest_deg: found a rotation 10 degrees from what a hinge "
+              "joint allows, expected one that it allows"});
   CHECK(with_joint(R"("kind": "fixed", "rest_deg": [0, 10, 0])") ==
-        Lines{"t.json:5:30: /joints/0/rest_deg: found a turn 10 degrees from what a fixed joint "
-              "can make, expected one that it can"});
+        Lines{"t.json:5:30: /joints/0/rest_deg: found a rotation 10 degrees from what a fixed "
+              "joint allows, expected one that it allows"});
   CHECK(with_joint(R"("kind": "hinge", "rest": "far")") ==
         Lines{"t.json:5:26: /joints/0/rest: found \"far\", expected an angle, or a quaternion "
               "[x, y, z, w]"});
@@ -113,8 +113,8 @@ TEST_CASE("Turns that a kind of joint cannot make are refused") {
 
 TEST_CASE("Drives of joints that make no sense are refused") {
   CHECK(with_joint(R"("drive": {})") ==
-        Lines{"t.json:5:10: /joints/0/drive: found neither \"stiffness\" nor \"damping\", "
-              "expected one of them: without them a drive does nothing"});
+        Lines{"t.json:5:10: /joints/0/drive: found neither \"stiffness\" nor \"damping\", expected "
+              "one of them: without them a drive has no effect"});
   CHECK(with_joint(R"("drive": {"stiffness": -1, "damping": -2, "max_torque": -3})") ==
         Lines{"t.json:5:24: /joints/0/drive/stiffness: found -1, expected a number from 0 to 1e12",
               "t.json:5:39: /joints/0/drive/damping: found -2, expected a number from 0 to 1e12",
@@ -122,10 +122,10 @@ TEST_CASE("Drives of joints that make no sense are refused") {
               "1e12"});
   CHECK(with_joint(R"("drive": {"stiffness": 1, "angle": 1})") ==
         Lines{"t.json:5:27: /joints/0/drive/angle: found the angle of a ball joint, expected "
-              "\"target\": only a hinge has one angle"});
+              "\"target\": only a hinge has a single angle"});
   CHECK(with_joint(R"("kind": "fixed", "drive": {"stiffness": 1})") ==
-        Lines{"t.json:5:18: /joints/0/drive: found a drive of a fixed joint, expected none: it "
-              "turns nowhere"});
+        Lines{"t.json:5:18: /joints/0/drive: found a drive of a fixed joint, expected none: it has "
+              "no rotation"});
   CHECK(with_joint(R"("kind": "hinge", "drive": {"stiffness": 1, "angle": 1, "target": 1})") ==
         Lines{"t.json:5:44: /joints/0/drive/angle: found \"angle\" beside \"target\", expected "
               "only one of them"});
@@ -144,8 +144,8 @@ TEST_CASE("Keys of a joint's drive that lead nowhere are refused") {
             R"("kind": "hinge", "drive": {"stiffness": 1, "keys": [{"time": 1}], "loop": true})") ==
         Lines{"t.json:5:52: /joints/0/drive/keys: found an array of 1, expected two keys or more "
               "for a loop",
-              "t.json:5:53: /joints/0/drive/keys/0: found no \"target\", expected the turn to be "
-              "reached by then"});
+              "t.json:5:53: /joints/0/drive/keys/0: found no \"target\", expected the rotation at "
+              "that time"});
   CHECK(
       with_joint(R"("kind": "hinge", "drive": {"stiffness": 1, "keys": [{"time": 0, "angle": 0}, )"
                  R"({"time": 1, "angle": 1}], "loop": true})") ==
@@ -179,7 +179,7 @@ TEST_CASE("Pins that hold on to nothing are refused") {
 TEST_CASE("Collision that says nothing sensible is refused") {
   CHECK(with_fixed(R"("collision": true)") ==
         Lines{"t.json:2:1: /bodies/0/collision: found \"collision\" of a body without a shape, "
-              "expected a shape that touches"});
+              "expected a shape to collide"});
   CHECK(with_fixed(R"("shape": {"type": "plane"}, "collision": 1)") ==
         Lines{"t.json:2:42: /bodies/0/collision: found 1, expected true, false or an object "
               "(collision)"});
@@ -203,8 +203,8 @@ TEST_CASE("Collision that says nothing sensible is refused") {
 TEST_CASE("Names of collision groups differ") {
   CHECK(with_scene(R"("collision_groups": ["a", "", "a", 3])") ==
         Lines{"t.json:2:27: /collision_groups/1: found \"\", expected the name of a group",
-              "t.json:2:31: /collision_groups/2: found \"a\", expected a name that no group "
-              "before has",
+              "t.json:2:31: /collision_groups/2: found \"a\", expected a name that no earlier "
+              "group has",
               "t.json:2:36: /collision_groups/3: found 3, expected the name of a group"});
 }
 
@@ -255,14 +255,14 @@ TEST_CASE("Meshes that are not closed surfaces are refused") {
   CHECK(
       with_fixed(R"("shape": {"type": "mesh", "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, )"
                  R"(1]], "triangles": [[0, 2, 4], [0, 1, 0.5], [1, 2]]})") ==
-      Lines{"t.json:2:104: /bodies/0/shape/triangles/0/2: found 4, expected the place of a "
-            "point in \"points\", counted from 0",
+      Lines{"t.json:2:104: /bodies/0/shape/triangles/0/2: found 4, expected the index of a point "
+            "in \"points\", from 0",
             "t.json:2:108: /bodies/0/shape/triangles/1: found an array of 3, expected three "
             "whole numbers",
             "t.json:2:121: /bodies/0/shape/triangles/2: found an array of 2, expected an array "
             "of 3 numbers"});
   CHECK(with_fixed(R"("shape": {"type": "mesh", "points": [[0, 0, 0]]})") ==
-        Lines{"t.json:2:10: /bodies/0/shape: found no \"triangles\", expected three places in "
+        Lines{"t.json:2:10: /bodies/0/shape: found no \"triangles\", expected three indices into "
               "\"points\" for each"});
   CHECK(with_fixed(R"("shape": {"type": "mesh", "file": "no.obj", "triangles": []})") ==
         Lines{"t.json:2:35: /bodies/0/shape/file: no.obj: found no file to read (No such file or "

@@ -106,7 +106,7 @@ TEST_CASE("belts that close are taken, by both solvers that know them") {
 
 TEST_CASE("belts that cannot be are refused, each with its reason") {
   CHECK(says(belt(on("a", "0.6") + ", " + on("b", "0.5")), "they overlap"));
-  CHECK(says(belt(on("a", "3") + ", " + on("b", "0.5")), "within one another"));
+  CHECK(says(belt(on("a", "3") + ", " + on("b", "0.5")), "consecutive pulleys that overlap"));
   CHECK(says(belt(on("a", "0.3") + ", " + on("c", "0.3") + ", " +
                   R"({"body": "b", "anchor": [0, 0.6, 0], "radius": 0.1, "side": "outside"})"),
              "cross"));

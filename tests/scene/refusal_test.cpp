@@ -80,10 +80,9 @@ TEST_CASE("Inertia that no body can have is refused") {
 }
 
 TEST_CASE("A dynamic body without matter is refused") {
-  CHECK(
-      diagnostics(with_body(R"("drag": 1)")) ==
-      Lines{
-          "t.json:1:27: /bodies/0: found no \"mass\", expected a mass, or a shape that tells it"});
+  CHECK(diagnostics(with_body(R"("drag": 1)")) ==
+        Lines{"t.json:1:27: /bodies/0: found no \"mass\", expected a mass, or a shape that "
+              "determines it"});
   CHECK(diagnostics(R"({"version": 1, "generators": {"chains": [
 {"name": "c", "links": 2, "length": 1, "mass": 1}]}})") ==
         Lines{"t.json:2:1: /generators/chains/0: found no \"inertia\", expected an inertia, or a "
@@ -198,8 +197,8 @@ TEST_CASE("Paths that make no sense are refused") {
       Lines{"t.json:2:11: /paths/0: found a loop whose last key is 2 m and 0 degrees from its "
             "first, expected the same pose"});
   CHECK(drive(R"(, "lissajous": {}, "loop": true)") ==
-        Lines{"t.json:2:42: /paths/0/loop: found \"loop\" without \"keyframes\", expected it "
-              "with them only: other paths repeat by themselves"});
+        Lines{"t.json:2:42: /paths/0/loop: found \"loop\" without \"keyframes\", expected it with "
+              "them only: other paths are periodic"});
   CHECK(drive(R"(, "lissajous": {}}, {"body": "d", "lissajous": {})") ==
         Lines{"t.json:2:52: /paths/1/body: found \"d\", expected a body without another path"});
 }
@@ -319,7 +318,7 @@ TEST_CASE("Chains that cannot be laid out are refused") {
   CHECK(chain(R"("path": [[0, 0, 0]])") == Lines{"t.json:2:67: /generators/chains/0/path: found "
                                                  "an array of 1, expected two points or more"});
   CHECK(chain(R"("path": [[0, 0, 0], [0, 0, 0], [1, 0, 0]])") ==
-        Lines{"t.json:2:79: /generators/chains/0/path/1: found the point before again, expected "
+        Lines{"t.json:2:79: /generators/chains/0/path/1: found the previous point again, expected "
               "another"});
   CHECK(chain(R"("closed": true, "path": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 0, 0]])") ==
         Lines{"t.json:2:117: /generators/chains/0/path/3: found the first point again, expected "

@@ -215,8 +215,7 @@ TEST_CASE(
   refused(R"("friction": -0.1)", "/surface_joints/0/friction");
   refused(R"("motion": "rolling_without_spin", "friction": 1)", "/surface_joints/0/friction");
   refused(R"("contacts": 2)",
-          "/surface_joints/0/contacts: found several contacts of a joint that is "
-          "held together");
+          "/surface_joints/0/contacts: found several contacts of a bilateral joint");
   refused(R"("unilateral": true, "contacts": 9)", "/surface_joints/0/contacts");
   refused(R"("unilateral": true, "contacts": 0)", "/surface_joints/0/contacts");
 }

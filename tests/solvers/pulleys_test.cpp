@@ -257,7 +257,7 @@ TEST_CASE("wrong guides are refused with a line") {
   CHECK(why({}).find("over") != std::string::npos);
   const Entity ground = a.world.cables[a.cable].guides.front().body;
   CHECK(why({.body = ground, .point = {0, 0.05, 0}, .axis = {0, 0, 1}, .radius = 0.1})
-            .find("within one another") != std::string::npos);
+            .find("overlapping guides") != std::string::npos);
   CableJoint two{.a = a.left, .b = a.right};
   two.over = {{.body = ground, .point = {0, 5, 0}, .axis = {0, 0, 1}, .radius = 0.1},
               {.body = ground, .point = {1, 5, 0}, .axis = {0, 1, 1}, .radius = 0.1}};

@@ -5,7 +5,7 @@ namespace pantin::detail::shape_kinds {
 namespace {
 
 constexpr SizeKey kSizes[] = {
-    {"size", "Whole edges along x, y and z, m.", 0, 3, 0.5, 0, "the three edges of the box"}};
+    {"size", "Full edge lengths along x, y and z, m.", 0, 3, 0.5, 0, "the three edges of the box"}};
 
 Real volume(const Shape& shape) { return 8 * shape.size.x * shape.size.y * shape.size.z; }
 
@@ -99,7 +99,7 @@ std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit
 }  // namespace
 
 constinit const ShapeTraits box{
-    .about = "A block.",
+    .about = "A box.",
     .sizes = kSizes,
     .support = support,
     .volume = volume,

@@ -5,8 +5,8 @@ namespace pantin::detail::shape_kinds {
 namespace {
 
 constexpr SizeKey kSizes[] = {
-    {"radius", "Of the round ends, and of the rod between them, m."},
-    {"length", "Of the straight part, m: the whole is longer by two radii.", 1, 1, 0.5}};
+    {"radius", "Of the cylinder and its hemispherical ends, m."},
+    {"length", "Of the cylinder, m: the capsule is longer by two radii.", 1, 1, 0.5}};
 
 Real volume(const Shape& shape) {
   const Real r = shape.size.x;
@@ -80,7 +80,7 @@ std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit
 }  // namespace
 
 constinit const ShapeTraits capsule{
-    .about = "A rod along y with round ends.",
+    .about = "A cylinder along y with hemispherical ends.",
     .sizes = kSizes,
     .support = support,
     .volume = volume,

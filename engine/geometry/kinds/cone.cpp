@@ -7,7 +7,7 @@ namespace {
 
 constexpr SizeKey kSizes[] = {
     {"radius", "Of the base, m."},
-    {"height", "From the base to the tip, m; the origin is halfway up.", 1, 1, 0.5}};
+    {"height", "From the base to the apex, m; the origin is halfway up.", 1, 1, 0.5}};
 
 /// The outward normal of the side: along the radius, and upwards.
 struct Side {
@@ -129,7 +129,7 @@ std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit) {
 }  // namespace
 
 constinit const ShapeTraits cone{
-    .about = "A cone along y, its tip up; its origin is halfway up, its mass centre lower.",
+    .about = "A cone along y, its apex up; its origin is halfway up, its mass centre lower.",
     .is_turned = true,
     .sizes = kSizes,
     .support = support,

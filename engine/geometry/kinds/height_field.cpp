@@ -102,8 +102,8 @@ std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit) {
 
 constinit const ShapeTraits height_field{
     .about =
-        "A ground of heights along y over a grid, its middle at the origin. Only for bodies "
-        "that are fixed or kinematic.",
+        "A terrain of heights along y over a grid, its middle at the origin. Only for fixed or "
+        "kinematic bodies.",
     .shape_class = ShapeClass::heights,
     .source = SurfaceSource::heights,
     .is_ground = true,

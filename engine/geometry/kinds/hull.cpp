@@ -83,7 +83,7 @@ std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit) {
 }  // namespace
 
 constinit const ShapeTraits hull{
-    .about = "The convex hull of points that do not lie in a plane; at most 256 corners.",
+    .about = "The convex hull of points that are not coplanar; at most 256 corners.",
     .source = SurfaceSource::points,
     .support = support,
     .enclosed = enclosed_by_faces,

@@ -32,8 +32,8 @@ std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit) {
 
 constinit const ShapeTraits mesh{
     .about =
-        "A closed surface of triangles, anticlockwise seen from outside. Only for bodies that "
-        "are fixed or kinematic; one that moves takes a hull, or several.",
+        "A closed surface of triangles, anticlockwise seen from outside. Only for fixed or "
+        "kinematic bodies; a dynamic body takes one or several hulls.",
     .shape_class = ShapeClass::mesh,
     .source = SurfaceSource::triangles,
     .enclosed = enclosed_by_faces,

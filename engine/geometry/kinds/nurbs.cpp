@@ -174,8 +174,8 @@ Real rounding(const Shape& shape, const Rolling& at) {
 
 constinit const ShapeTraits nurbs{
     .about =
-        "A surface of NURBS faces: the inside of a closed one, or the inner side of an open patch, "
-        "which has no mass of its own.",
+        "A surface of NURBS faces: the interior of a closed one, or the inner side of an open "
+        "patch, which has no mass of its own.",
     .shape_class = ShapeClass::skin,
     .source = SurfaceSource::skin,
     .support = support,

@@ -5,7 +5,7 @@ namespace pantin::detail::shape_kinds {
 namespace {
 
 constexpr SizeKey kSizes[] = {
-    {"size", "Edge of the square that is drawn, m; it touches without end.", 0, 1, 0.5, 20}};
+    {"size", "Edge of the square that is drawn, m; collision is unbounded.", 0, 1, 0.5, 20}};
 
 Aabb bounds(const Shape&, const Pose&) { return {Vec3(-1e300), Vec3(1e300)}; }
 
@@ -23,8 +23,7 @@ std::optional<SurfacePoint> closest(const Shape&, Vec3 p, Real limit) {
 }  // namespace
 
 constinit const ShapeTraits plane{
-    .about =
-        "The half-space below y = 0 of its frame. Only for bodies that are fixed or kinematic.",
+    .about = "The half-space below y = 0 of its frame. Only for fixed or kinematic bodies.",
     .shape_class = ShapeClass::half_space,
     .is_ground = true,
     .sizes = kSizes,

@@ -4,7 +4,7 @@
 namespace pantin::detail::shape_kinds {
 namespace {
 
-constexpr SizeKey kSizes[] = {{"radius", "Of the ball, m."}};
+constexpr SizeKey kSizes[] = {{"radius", "Of the sphere, m."}};
 
 Real volume(const Shape& shape) {
   const Real r = shape.size.x;
@@ -43,7 +43,7 @@ std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit
 }  // namespace
 
 constinit const ShapeTraits sphere{
-    .about = "A ball.",
+    .about = "A sphere.",
     .is_round = true,
     .sizes = kSizes,
     .support = support,

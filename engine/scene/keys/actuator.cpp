@@ -17,44 +17,47 @@ using M = JointMotor;
 using keys::acts, keys::acts_twice, keys::is_no_line;
 
 constexpr Key kSpring[] = {
-    number<&S::stiffness>("stiffness", "N m/rad", kNotNegative, "Of a slide N/m."),
-    number<&S::damping>("damping", "N m s/rad", kNotNegative, "Of a slide N s/m."),
-    number("rest", "rad", kAnyNumber, "Where it pulls to; of a slide m.").or_else(0),
-    angle_deg("rest_deg", "The same, of an angle."),
+    number<&S::stiffness>("stiffness", "N m/rad", kNotNegative, "N/m for a translation."),
+    number<&S::damping>("damping", "N m s/rad", kNotNegative, "N s/m for a translation."),
+    number("rest", "rad", kAnyNumber, "Rest coordinate; m for a translation.").or_else(0),
+    angle_deg("rest_deg", "The same for an angle."),
 };
 constexpr AnyOf kSpringNeeds[] = {{"stiffness damping",
                                    "found neither \"stiffness\" nor \"damping\", expected one of "
-                                   "them: without them a spring does nothing"}};
+                                   "them: without them a spring has no effect"}};
 
 constexpr Key kFriction[] = {
-    number<&F::viscous>("viscous", "N m s/rad", kNotNegative, "Of a slide N s/m."),
-    number<&F::dry>("dry", "N m", kNotNegative, "Of a slide N."),
+    number<&F::viscous>("viscous", "N m s/rad", kNotNegative, "N s/m for a translation."),
+    number<&F::dry>("dry", "N m", kNotNegative, "N for a translation."),
     number<&F::slip>("slip", "rad/s", kPositive,
-                     "Rate below which dry friction fades; of a slide m/s."),
+                     "Rate below which dry friction fades; m/s for a translation."),
 };
 constexpr AnyOf kFrictionNeeds[] = {{"viscous dry",
                                      "found neither \"viscous\" nor \"dry\", expected one of them: "
                                      "without them there is no friction"}};
 
 constexpr Key kMotor[] = {
-    number("velocity", "rad/s", kAnyNumber, "The speed it keeps; of a slide m/s."),
-    number("velocity_deg", "degrees/s", kDegrees, "The same, of an angle."),
-    number("position", "rad", kAnyNumber, "Where it goes; of a slide m."),
-    angle_deg("position_deg", "The same, of an angle."),
-    number<&M::gain>("gain", "", kPositive,
-                     "Effort for each unit: N m s/rad or N m/rad; of a slide N s/m or N/m.")
-        .needed("how hard it corrects what is off: effort for each unit of it"),
-    number<&M::damping>("damping", "N m s/rad", kNotNegative, "Of a position; of a slide N s/m."),
-    number<&M::cap>("cap", "N m", kNotNegative, "Its most; of a slide N. Default: any."),
+    number("velocity", "rad/s", kAnyNumber, "Target rate; m/s for a translation."),
+    number("velocity_deg", "degrees/s", kDegrees, "The same for an angle."),
+    number("position", "rad", kAnyNumber, "Target coordinate; m for a translation."),
+    angle_deg("position_deg", "The same for an angle."),
+    number<&M::gain>(
+        "gain", "", kPositive,
+        "Torque per unit of error: N m s/rad or N m/rad; N s/m or N/m for a translation.")
+        .needed("the torque or force per unit of error"),
+    number<&M::damping>("damping", "N m s/rad", kNotNegative,
+                        "With a position only; N s/m for a translation."),
+    number<&M::cap>("cap", "N m", kNotNegative,
+                    "Maximum torque; N for a translation. Default: unlimited."),
 };
 constexpr Exclusive kMotorPairs[] = {{"velocity", "position position_deg"},
                                      {"velocity_deg", "position position_deg"}};
 constexpr AnyOf kMotorNeeds[] = {
     {"velocity velocity_deg position position_deg",
-     "found no \"velocity\", expected the speed it keeps, or the \"position\" it goes to"}};
+     "found no \"velocity\", expected a target rate, or a target \"position\""}};
 constexpr Beside kMotorPartners[] = {
     {"damping", "position position_deg",
-     "found \"damping\" of a motor that keeps a speed, expected it with \"position\" only"}};
+     "found \"damping\" of a velocity motor, expected it with \"position\" only"}};
 
 constexpr Key kDof[] = {
     object("spring", "spring", "Default: none."),
@@ -89,7 +92,7 @@ Real read_coordinate(const Reader& from, std::string_view key, Coordinate along)
   if (along == Coordinate::travel) {
     const std::string key_deg = std::string(key) + "_deg";
     if (from.has(key_deg))
-      from.error_at_key(key_deg, "found \"" + key_deg + "\" of a slide, expected \"" +
+      from.error_at_key(key_deg, "found \"" + key_deg + "\" for a travel, expected \"" +
                                      std::string(key) + "\" in m or m/s");
     return from.number(key, 0);
   }
@@ -150,8 +153,8 @@ constinit const KeySet keys::friction{"friction",
                                       kFriction, kNoPairs, kFrictionNeeds};
 constinit const KeySet keys::motor{
     "motor",
-    "Keeps a speed with gain times what it lacks, or goes to a position with gain times what it is "
-    "off, less damping times the rate; never with more than cap.",
+    "Keeps a velocity with gain times the velocity error, or moves to a position with gain times "
+    "the position error, less damping times the rate; limited to cap.",
     kMotor,
     kMotorPairs,
     kMotorNeeds,

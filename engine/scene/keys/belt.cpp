@@ -41,22 +41,20 @@ constexpr std::string_view kSides[] = {"inside", "outside"};
 constexpr std::string_view kLevels[] = {"line", "links"};
 
 constexpr Key kPulley[] = {
-    needed_reference<&P::body>("body", "the name of a body", "Name of the body that turns."),
+    needed_reference<&P::body>("body", "the name of a body", "Name of the rotating body."),
     point_in_scene<&P::at>("point", "Its centre, in the scene at the start."),
-    point_in_body<&P::at>("anchor",
-                          "Its centre in the body's own frame. Default: the origin of that."),
-    number<&P::radius>("radius", "m", kSize, "Of a round pulley, to the middle of the belt."),
+    point_in_body<&P::at>("anchor", "Its centre in the body's own frame. Default: its origin."),
+    number<&P::radius>("radius", "m", kSize, "Of a round pulley, to the centreline of the belt."),
     row<read_ellipse>(
         "half_axes", ValueType::numbers, "m",
-        "Of an elliptic one, along the body's own x and y, to the middle of the belt.")
+        "Of an elliptic one, along the body's own x and y, to the centreline of the belt.")
         .holding(2)
         .within(kSize),
     row<read_outline>("outline", ValueType::pairs, "m",
-                      "Corners of one of another shape, about its centre, in the body's own x and "
-                      "y. The belt runs round their convex hull."),
+                      "Corners of a pulley of another shape, about its centre, in the body's own x "
+                      "and y. The belt runs round their convex hull."),
     word<&P::is_outside>(
-        "side", kSides,
-        "Whether it lies inside the loop of the belt, or presses on it from outside."),
+        "side", kSides, "Whether it lies inside the loop of the belt, or touches it from outside."),
 };
 constexpr Exclusive kPulleyPairs[] = {
     {"point", "anchor"}, {"radius", "half_axes outline"}, {"half_axes", "outline"}};
@@ -74,18 +72,17 @@ constexpr Key kBelt[] = {
                       "the other way."),
     word<&B::has_links>(
         "level", kLevels,
-        "line: a line without mass, exact. links: a chain of bodies \"NAME/0\", \"NAME/1\" ..., "
-        "joined by hinges and driven by friction on the pulleys, which are solid and smaller by "
-        "half of the belt's thickness, an eighth of its width."),
+        "line: a massless line, exact. links: a chain of bodies \"NAME/0\", \"NAME/1\" ..., joined "
+        "by hinges and driven by friction on the pulleys, which collide and are smaller by half of "
+        "the belt's thickness, an eighth of its width."),
     whole<&B::links>("links", 6, 2000,
-                     "How many. Default: of about twice the belt's thickness each."),
+                     "Number of links. Default: of about twice the belt's thickness each."),
     number<&B::mass>("mass", "kg", kWeight, "Of all links. Default 0.2."),
-    number<&B::pretension>("pretension", "N", kNotNegative, "Of the belt at rest."),
-    number<&B::friction>(
-        "friction", "", kNotNegative,
-        "Of links: theirs, default 0.6. Else on two pulleys, by which the belt slips where its "
-        "tensions differ by more than it can bear: 2 T tanh(friction * wrap / 2), T the "
-        "pretension, wrap the smaller angle in rad. Default: it never slips."),
+    number<&B::pretension>("pretension", "N", kNotNegative, "Tension of the belt at rest."),
+    number<&B::friction>("friction", "", kNotNegative,
+                         "Of links: theirs, default 0.6. Else on two pulleys: the belt slips where "
+                         "its tensions differ by more than 2 T tanh(friction * wrap / 2), T the "
+                         "pretension, wrap the smaller angle in rad. Default: it never slips."),
     number<&B::width>("width", "m", kSize, "Along z, as drawn."),
     reference<&B::material>("material", "the name of a material",
                             "As drawn. Default: that of bodies."),
@@ -93,22 +90,22 @@ constexpr Key kBelt[] = {
 constexpr Exclusive kBeltPairs[] = {{"pretension", "links mass"}};
 constexpr Beside kBeltPartners[] = {
     {"friction", "pretension level",
-     "found \"friction\" without a \"pretension\", expected it: a belt without one transmits "
-     "nothing"},
+     "found \"friction\" without a \"pretension\", expected both: without tension there is no "
+     "friction"},
     {"links", "level", "found \"links\" without \"level\": \"links\", expected it"},
     {"mass", "level", "found \"mass\" without \"level\": \"links\", expected it"}};
 
 }  // namespace
 
 constinit const KeySet keys::belt_pulley{"belt_pulley",
-                                         "A pulley that turns about z, and a belt with it.",
+                                         "A pulley that rotates about z and drives a belt.",
                                          kPulley, kPulleyPairs, kPulleyNeeds};
 constinit const KeySet keys::belt{
     "belt",
-    "A closed flat belt, without mass, that does not stretch, in a plane of x and y. It slips "
-    "nowhere unless it has a friction, so round pulleys keep their ratio exactly. Where all axles "
-    "stand still on one body and pulleys are out of round, its span from the last pulley to the "
-    "first gives way. For the solvers planar and lagrangian.",
+    "A closed, flat, massless and inextensible belt in a plane parallel to xy. It slips only if it "
+    "has a friction, so round pulleys keep their ratio exactly. Where all axles are fixed on one "
+    "body and pulleys are not round, its span from the last pulley to the first changes its "
+    "length. For the solvers planar and lagrangian.",
     kBelt,
     kBeltPairs,
     kNoNeeds,
@@ -124,8 +121,9 @@ bool read_members(const Reading& reading, const Reader& from, BeltRecipe& belt) 
     from.error("pulleys", "found " + std::to_string(count) + " pulleys, expected 2 to " +
                               std::to_string(kMostPulleys));
   if (belt.friction > 0 && count > 2 && !belt.has_links)
-    from.error("friction", "found \"friction\" of a belt over " + std::to_string(count) +
-                               " pulleys, expected 2: of more it cannot be said which one slips");
+    from.error("friction",
+               "found \"friction\" of a belt over " + std::to_string(count) +
+                   " pulleys, expected 2: with more the slipping pulley is undetermined");
   return is_whole && is_right;
 }
 

@@ -28,27 +28,27 @@ constexpr Key kDensity =
         .or_else(1000);
 constexpr Key kMass =
     number("mass", "kg", kWeight,
-           "With shapes, their inertia is scaled to it. Alone it makes a point mass, which only "
-           "what holds its centre may be tied to: balls, distances, springs, cables and pins.")
-        .expecting("a mass, or a shape that tells it");
+           "With shapes, their inertia is scaled to it. Alone it makes a point mass, to which only "
+           "balls, distances, springs, cables and pins at its centre may be attached.")
+        .expecting("a mass, or a shape that determines it");
 constexpr Key kInertia =
     row("inertia", ValueType::inertia, "kg m^2",
         "About the mass centre, axes of the own frame: three principal moments, or the six entries "
         "xx, yy, zz, xy, xz, yz of the tensor (off-diagonal entries with the sign they have in the "
         "matrix). No moment may exceed the sum of the other two. Default: from the shapes.")
-        .expecting("an inertia, or a shape that tells it");
+        .expecting("an inertia, or a shape that determines it");
 constexpr Key kCentre =
     vector("centre_of_mass", "m", "In the own frame. Default: from the shapes.");
 constexpr Key kDrag = number<&B::body, &Body::drag>(
     "drag", "1/s", kNotNegative, "Rate c of the damping exp(-c t) of all motion.");
 constexpr Key kGravityScale = number<&B::body, &Body::gravity_scale>(
-    "gravity_scale", "", kAnyNumber, "Part of gravity that the body feels.");
+    "gravity_scale", "", kAnyNumber, "Factor of gravity on the body.");
 constexpr Key kSolver = object<&B::solver>(
     "solver", "solver",
-    "Solver settings for this island; what is absent is as in the scene's solver.");
+    "Solver settings for this island; absent keys are as in the scene's solver.");
 constexpr Key kCollision = of_object<read_collision_of>(
     "collision", ValueType::object_or_flag, "collision",
-    "Whether the body's shapes are solid, and how. What is absent is as the scene says.");
+    "Whether the body's shapes collide, and how. Absent keys are as in the scene's collision.");
 
 constexpr Key kBody[] = {
     needed_name<&B::name>(),
@@ -69,9 +69,9 @@ constexpr Key kBody[] = {
                                               "At the start, axes of the frame around the body."),
     kDrag,
     kGravityScale,
-    word<&B::body, &Body::motion>(
-        "motion", kMotions,
-        "dynamic: by forces and joints. fixed: never. kinematic: along a path, or by live calls.")
+    word<&B::body, &Body::motion>("motion", kMotions,
+                                  "dynamic: moved by forces and joints. fixed: never moves. "
+                                  "kinematic: moved along a path, or by the program.")
         .once_words(kOldMotions),
     kSolver,
     kCollision,
@@ -83,18 +83,18 @@ constexpr Key kChain[] = {
     needed_name<&C::name>(),
     kClass,
     whole("links", 1, std::numeric_limits<int>::max(),
-          "How many; they are called \"name/0\", \"name/1\", ..."),
+          "Number of links; they are called \"name/0\", \"name/1\", ..."),
     number("length", "m", kSize, "Of one link from joint to joint."),
     vector("start", "m", "The upper end.").or_else(0),
     direction("direction", "From start onwards.").or_else(0, -1, 0),
     vector("end", "m",
            "The other end instead of a direction; the chain lies on an arc if it is longer than "
-           "the way."),
-    direction("sag", "Where such an arc hangs to.").or_else(0, -1, 0),
+           "the distance."),
+    direction("sag", "Direction in which such an arc sags.").or_else(0, -1, 0),
     reference<&C::attach>("attach", kBodyOrWorld,
-                          "What the start is jointed to. Default: nothing."),
+                          "Body that the start is jointed to. Default: none."),
     reference<&C::end_attach>("end_attach", kBodyOrWorld,
-                              "What the end is jointed to. Default: nothing."),
+                              "Body that the end is jointed to. Default: none."),
     kShape,
     kShapes,
     kShapeMaterial,
@@ -104,37 +104,37 @@ constexpr Key kChain[] = {
     kInertia,
     kCentre,
     number<&C::mass_ratio>("mass_ratio", "", kPositive,
-                           "Mass of each link over that of the one before.")
+                           "Ratio of the mass of each link to that of the one before.")
         .or_else(1),
     number<&C::tip_mass_factor>("tip_mass_factor", "", kPositive,
                                 "The last link's mass is multiplied by this.")
         .or_else(1),
     vector<&B::body, &Body::velocity>("velocity", "m/s", "Of the chain's middle at the start."),
     vector<&B::body, &Body::angular_velocity>("angular_velocity", "rad/s",
-                                              "Of the chain as one rigid thing about its middle."),
+                                              "Of the chain as one rigid body about its middle."),
     kDrag,
     kGravityScale,
     kSolver,
     kCollision,
     row("path", ValueType::points, "m",
-        "Where the joints are, in place of links, length, start, direction, end and sag: one link "
-        "from each point to the next."),
+        "Positions of the joints, in place of links, length, start, direction, end and sag: one "
+        "link from each point to the next."),
     flag<&C::closed>("closed",
                      "Joint the last link to the first. Equal links lie around a circle, the first "
                      "along direction, the next ones towards sag; of a path the last link returns "
                      "to the first point. That last joint is a ball.")
         .or_else(false),
     word("kind", keys::kWords<keys::is_of_chains>,
-         "Of the joints. A hinge turns about the links' own z; otherwise the joint axes have x "
+         "Of the joints. A hinge rotates about the links' own z; otherwise the joint axes have x "
          "along the chain and y along that z. Q = 1 where the chain is straight; where it is "
          "attached, at the start.")
         .or_else(0),
     direction<&C::axis>("axis",
-                        "Where the links' own z point as nearly as they can. Default: across the "
-                        "plane in which the chain bends; of a straight chain whatever is left by "
-                        "the shortest turn from -y to its direction."),
-    object("limits", "limits", "Of all joints, where it is attached too."),
-    object("drive", "joint_drive", "Of all joints, where it is attached too."),
+                        "Direction to which the links' own z are as close as possible. Default: "
+                        "normal to the plane in which the chain bends; of a straight chain as left "
+                        "by the shortest rotation from -y to its direction."),
+    object("limits", "limits", "Of all joints, including the attachments."),
+    object("drive", "joint_drive", "Of all joints, including the attachments."),
     object("spring", "spring", "Of all joints that are hinges or universal.").of_kinds(acts),
     object("friction", "friction", "Likewise.").of_kinds(acts),
     object("motor", "motor", "Likewise.").of_kinds(acts),
@@ -161,7 +161,7 @@ void read_path(const Reading& reading, const Reader& from, ChainRecipe& chain) {
     Vec3 p(0);
     if (!from.numbers_at(node, {&p.x, 3}, kAnyNumber)) continue;
     if (!chain.path.empty() && glm::length(p - chain.path.back()) < kSize.least)
-      reading.diagnostics.error(node, "found the point before again, expected another");
+      reading.diagnostics.error(node, "found the previous point again, expected another");
     chain.path.push_back(p);
   }
   const std::size_t least = chain.closed ? 3 : 2;
@@ -215,13 +215,11 @@ constinit const KeySet keys::body{
     "alone it is a point mass.",
     kBody, kBodyPairs};
 constinit const KeySet keys::body_class{
-    "body_class", "What bodies of a class are, and links of chains, unless they say otherwise.",
-    kBodyClass, kBodyPairs};
+    "body_class", "Defaults of bodies and links of chains of a class.", kBodyClass, kBodyPairs};
 constinit const KeySet keys::chain{
     "chain",
-    "Links jointed end to end: equal ones laid out by links and length, or along a path. A link's "
-    "own frame is at its middle, -y along the chain; its shapes, or mass and inertia, are given "
-    "there.",
+    "Links jointed end to end: equal ones by links and length, or along a path. A link's own frame "
+    "is at its middle, -y along the chain; its shapes, or mass and inertia, are given there.",
     kChain, kChainPairs, kChainNeeds};
 
 bool read_members(const Reading& reading, const Reader& from, BodyRecipe& body) {
@@ -230,7 +228,7 @@ bool read_members(const Reading& reading, const Reader& from, BodyRecipe& body) 
   if (body.mass_properties.is_point && body.body.angular_velocity != Vec3(0))
     from.error(
         "angular_velocity",
-        "found a point mass that rotates, expected a \"shape\" or an \"inertia\" of what turns");
+        "found a point mass that rotates, expected a body with a \"shape\" or an \"inertia\"");
   return !body.name.empty();
 }
 

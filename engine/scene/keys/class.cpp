@@ -15,14 +15,14 @@ constexpr Key kOfBodies = object("body", "body_class",
 constexpr Key kOfJoints =
     object("joint", "joint_class",
            "Of joints, and of those of chains: kind, limits, drive, spring, friction and motor. "
-           "What a joint's kind cannot have is left out.");
+           "Keys that do not apply to a joint's kind are ignored.");
 constexpr Key kOfCables = object("cable", "cable_class", "Of cables.");
 constexpr Key kOfPins = object("pin", "pin_class", "Of pins.");
 constexpr Key kDefaults[] = {kOfBodies, kOfJoints, kOfCables, kOfPins};
 constexpr Key kObjectClass[] = {
     needed_name(),
     reference("class", "the name of a class",
-              "Name of a class that stands above: what this one does not say is as that one says."),
+              "Name of a parent class: keys absent here are inherited from it."),
     kOfBodies,
     kOfJoints,
     kOfCables,
@@ -98,12 +98,12 @@ void read_class(Reading& reading, NodeId node) {
       line.insert(line.end(), base->begin(), base->end());
   if (line.size() > kDeepest)
     from.error_value(
-        "class", "a class that takes after " + std::to_string(kDeepest - 2) + " others at most");
+        "class", "a class that inherits from " + std::to_string(kDeepest - 2) + " others at most");
   if (name.empty()) return;
   const std::string_view text = reading.json[from.find("name")].text;
   if (!reading.classes.try_emplace(text, std::move(line)).second)
     from.error("name",
-               "found the name \"" + name + "\" again, expected one that no class above has");
+               "found the name \"" + name + "\" again, expected one that no earlier class has");
 }
 
 void add_sources(const ClassParts& parts, std::string_view what, ObjectSource& to) {
@@ -140,14 +140,14 @@ void leave_out(const Reading& reading, const KeySet& set, ObjectSource& from) {
 
 }  // namespace
 
-constinit const KeySet keys::defaults{"defaults",
-                                      "What holds unless something else is said: the object itself "
-                                      "comes first, then its class, then these.",
-                                      kDefaults};
+constinit const KeySet keys::defaults{
+    "defaults",
+    "Default values: the keys of the object itself take precedence, then its class, then these.",
+    kDefaults};
 constinit const KeySet keys::object_class{
     "class",
     "A named set of keys. A body takes those under \"body\", a joint those under \"joint\" and so "
-    "on; a value is taken whole, an object too.",
+    "on; a value is taken whole, also an object.",
     kObjectClass};
 
 void read_classes(Reading& reading, const Reader& scene) {
@@ -158,7 +158,7 @@ void read_classes(Reading& reading, const Reader& scene) {
     const NodeId kind = joint == kNoNode ? kNoNode : reading.json.member(joint, "kind");
     if (kind != kNoNode)
       reading.diagnostics.error_at_key(
-          kind, "found a \"kind\" of all joints, expected it of a class or of a joint");
+          kind, "found a \"kind\" for all joints, expected it in a class or a joint");
   }
   for (const NodeId node : scene.items("classes")) read_class(reading, node);
 }

@@ -14,48 +14,49 @@ using C = Collision;
 using M = MaterialPair;
 
 constexpr Key kCollision[] = {
-    number<&C::friction>("friction", "", kNotNegative,
-                         "Coulomb's coefficient; of two bodies the geometric mean counts."),
+    number<&C::friction>(
+        "friction", "", kNotNegative,
+        "Coefficient of Coulomb friction; two bodies combine to the geometric mean."),
     number<&C::restitution>("restitution", "", kUnit,
-                            "Part of the approach given back; of two bodies the larger counts."),
+                            "Coefficient of restitution; two bodies combine to the larger."),
     number<&C::rolling>(
         "rolling", "m", kNotNegative,
-        "Most torque against rolling, over the normal force; of two bodies the larger counts."),
-    number<&C::spinning>(
-        "spinning", "m", kNotNegative,
-        "Most torque against turning about the normal, over the normal force; likewise."),
+        "Rolling-resistance torque over normal force; two bodies combine to the larger."),
+    number<&C::spinning>("spinning", "m", kNotNegative,
+                         "Spinning-friction torque about the normal over normal force; likewise."),
     vector<&C::surface_velocity>(
         "surface_velocity", "m/s",
-        "How the surface moves on the body, as a belt's does, in the body's own frame."),
-    vector<&C::one_way>("one_way", "",
-                        "Outwards of the side that is solid, in the body's own frame: what comes "
-                        "from elsewhere passes until it has left. Default: all sides are solid."),
-    row<&C::groups>("groups", ValueType::groups, "", "What the body is. Default: [0]."),
+        "Velocity of the surface relative to the body, as of a conveyor, in the body's own frame."),
+    vector<&C::one_way>(
+        "one_way", "",
+        "Outward direction of the only side that collides, in the body's own frame: bodies from "
+        "other sides pass until they have left. Default: all sides collide."),
+    row<&C::groups>("groups", ValueType::groups, "", "Collision groups of the body. Default: [0]."),
     row<&C::with>("with", ValueType::groups, "",
-                  "What it touches; both bodies have to agree. Default: all."),
+                  "Groups that it collides with; both bodies must agree. Default: all."),
     flag<&C::others>(
         "others",
-        "Whether it touches dynamic bodies of other islands; of two bodies one has to say so."),
+        "Whether it collides with dynamic bodies of other islands; one of two bodies suffices."),
     flag<&C::self>("self",
-                   "Whether it touches dynamic bodies of its own island; both have to say so."),
+                   "Whether it collides with dynamic bodies of its own island; both must agree."),
     flag<&C::sensor>("sensor",
-                     "Whether it only reports what overlaps it and pushes nothing. Every body "
-                     "whose groups agree is seen, dynamic ones whatever their \"others\" too."),
+                     "Whether it only reports overlaps, without contact forces. It detects every "
+                     "body whose groups agree, dynamic ones regardless of \"others\"."),
 };
 
 constexpr Key kMaterialPair[] = {
-    needed_reference<&M::a>("a", "the name of a material", "One of the two."),
-    needed_reference<&M::b>("b", "the name of a material", "The other, or the same."),
-    number<&M::friction>("friction", "", kNotNegative, "Coulomb's coefficient."),
-    number<&M::restitution>("restitution", "", kUnit, "Part of the approach given back."),
+    needed_reference<&M::a>("a", "the name of a material", "The first material."),
+    needed_reference<&M::b>("b", "the name of a material", "The second material, or the same."),
+    number<&M::friction>("friction", "", kNotNegative, "Coefficient of Coulomb friction."),
+    number<&M::restitution>("restitution", "", kUnit, "Coefficient of restitution."),
     number<&M::rolling>("rolling", "m", kNotNegative,
-                        "Most torque against rolling, over the normal force."),
+                        "Rolling-resistance torque over normal force."),
     number<&M::spinning>("spinning", "m", kNotNegative,
-                         "Most torque against turning about the normal, over the normal force."),
+                         "Spinning-friction torque about the normal over normal force."),
 };
 constexpr AnyOf kMaterialPairNeeds[] = {
     {"friction restitution rolling spinning",
-     "found nothing about the two, expected friction, restitution, rolling or spinning"}};
+     "found no values for the pair, expected friction, restitution, rolling or spinning"}};
 
 constexpr std::size_t kGroups = 32;
 
@@ -101,13 +102,13 @@ std::optional<Collision> collision_at(const Reading& reading, NodeId node) {
 }  // namespace
 
 constinit const KeySet keys::collision{"collision",
-                                       "What a body touches: every other one whose groups agree, "
-                                       "but for bodies of one joint, which never touch.",
+                                       "What a body collides with: every other body whose groups "
+                                       "agree, except bodies of one joint, which never collide.",
                                        kCollision};
 constinit const KeySet keys::material_pair{
     "material_pair",
-    "What shapes of two materials are to each other where they touch. What is not said is combined "
-    "from the two bodies, as their \"collision\" says.",
+    "Contact parameters of a pair of materials. Absent values are combined from the \"collision\" "
+    "of the two bodies.",
     kMaterialPair, kNoPairs, kMaterialPairNeeds};
 
 std::uint32_t read_groups(const Reading& reading, const std::vector<NodeId>& nodes) {
@@ -141,7 +142,7 @@ void read_scene_collision(Reading& reading, const Reader& scene) {
     if (value.kind != JsonKind::string || value.text.empty())
       reading.diagnostics.error_value(node, "the name of a group");
     else if (same != reading.groups.end())
-      reading.diagnostics.error_value(node, "a name that no group before has");
+      reading.diagnostics.error_value(node, "a name that no earlier group has");
     else if (const std::uint32_t bit = bit_of(reading.scene.groups, value.text))
       reading.groups.push_back(value.text), reading.group_bits.push_back(bit);
     else
@@ -164,8 +165,7 @@ bool read_collision_of(const RowValue& row, BodyRecipe& body) {
   else if (from.says("collision") && collision_at(row.reading, row.node()))
     // A class may have it, since it applies only to bodies with shapes.
     row.from.error_at_key(
-        row.key.name,
-        "found \"collision\" of a body without a shape, expected a shape that touches");
+        row.key.name, "found \"collision\" of a body without a shape, expected a shape to collide");
   return true;
 }
 

@@ -12,17 +12,18 @@ using namespace rows;
 using D = JointDrive;
 
 constexpr Key kJointDrive[] = {
-    row("target", ValueType::joint_turn, "", "Where to. Default: Q = 1."),
+    row("target", ValueType::joint_turn, "", "Target rotation. Default: Q = 1."),
     row("target_deg", ValueType::joint_turn_deg, "degrees", "The same."),
-    angle("angle", "Where to, of a hinge."),
+    angle("angle", "Target angle of a hinge."),
     angle_deg("angle_deg", "The same."),
     number<&D::stiffness>("stiffness", "N m/rad", kNotNegative, "Of the spring."),
     number<&D::damping>("damping", "N m s/rad", kNotNegative, "Of the damper."),
-    number<&D::max_torque>("max_torque", "N m", kNotNegative, "No more than this. Default: any."),
+    number<&D::max_torque>("max_torque", "N m", kNotNegative,
+                           "Maximum torque. Default: unlimited."),
     objects("keys", "pose_key",
-            "Targets to follow instead, times rising, the shortest way from each to the next; "
-            "before the first and after the last they rest."),
-    flag<&D::loop>("loop", "Repeat the keys for all times; the last must be the first turn again."),
+            "Targets over time instead, in order of time, by the shortest rotation from each to "
+            "the next; constant before the first and after the last."),
+    flag<&D::loop>("loop", "Repeat the keys forever; the last must equal the first."),
 };
 constexpr Exclusive kDrivePairs[] = {{"target", "angle angle_deg keys"},
                                      {"target_deg", "angle angle_deg keys"},
@@ -30,21 +31,21 @@ constexpr Exclusive kDrivePairs[] = {{"target", "angle angle_deg keys"},
                                      {"angle_deg", "keys"}};
 constexpr AnyOf kDriveNeeds[] = {{"stiffness damping",
                                   "found neither \"stiffness\" nor \"damping\", expected one of "
-                                  "them: without them a drive does nothing"}};
+                                  "them: without them a drive has no effect"}};
 constexpr Beside kDrivePartners[] = {
     {"loop", "keys", "found \"loop\" without \"keys\", expected it with them"}};
 
 constexpr Key kPoseKey[] = {
     number("time", "s", kTime, "When.").needed("a time in seconds"),
-    row("target", ValueType::joint_turn, "", "Where it is by then."),
+    row("target", ValueType::joint_turn, "", "Target at that time."),
     row("target_deg", ValueType::joint_turn_deg, "degrees", "The same."),
-    angle("angle", "Of a hinge."),
+    angle("angle", "Target angle of a hinge."),
     angle_deg("angle_deg", "The same."),
 };
 constexpr Exclusive kPosePairs[] = {{"target", "angle angle_deg"},
                                     {"target_deg", "angle angle_deg"}};
 constexpr AnyOf kPoseNeeds[] = {{"target target_deg angle angle_deg",
-                                 "found no \"target\", expected the turn to be reached by then"}};
+                                 "found no \"target\", expected the rotation at that time"}};
 
 /// Whether one angle about x determines Q.
 bool turns_about_x(JointKind kind) { return turns_of(kind) == Turns::about_x; }
@@ -64,8 +65,9 @@ std::optional<Quat> read_target(const Reader& from, JointKind kind) {
   Real x = 0;
   if (!read_angles(from, "angle", {&x, 1})) return std::nullopt;
   if (turns_about_x(kind)) return from_rotation_vector({x, 0, 0});
-  from.diagnostics.error_at_key(angle, "found the angle of " + a_joint(kind) +
-                                           ", expected \"target\": only a hinge has one angle");
+  from.diagnostics.error_at_key(angle,
+                                "found the angle of " + a_joint(kind) +
+                                    ", expected \"target\": only a hinge has a single angle");
   return std::nullopt;
 }
 
@@ -104,7 +106,7 @@ void read_pose_keys(const Reading& reading, const Reader& from, JointKind kind, 
 
 constinit const KeySet keys::joint_drive{
     "joint_drive",
-    "A spring and damper that turn a joint towards a target. Needs stiffness, damping or both.",
+    "A spring and damper that rotate a joint towards a target. Needs stiffness, damping or both.",
     kJointDrive,
     kDrivePairs,
     kDriveNeeds,
@@ -119,11 +121,12 @@ std::optional<JointDrive> read_pose_drive(const Reading& reading, const Reader& 
   const Reader from = reading.open(node, "joint_drive");
   if (holds_point(kind) && turns_of(kind) == Turns::nowhere)
     reading.diagnostics.error_at_key(
-        node, "found a drive of " + a_joint(kind) + ", expected none: it turns nowhere");
+        node, "found a drive of " + a_joint(kind) + ", expected none: it has no rotation");
   if (!holds_point(kind))
     reading.diagnostics.error_at_key(
-        node, "found a drive of " + a_joint(kind) +
-                  ", expected a \"motor\" or a \"spring\": drives turn joints that share a point");
+        node,
+        "found a drive of " + a_joint(kind) +
+            ", expected a \"motor\" or a \"spring\": drives rotate joints with a shared point");
   JointDrive drive;
   read_rows(reading, from, drive);
   drive.target = read_target(from, kind).value_or(kIdentity);
@@ -153,8 +156,9 @@ std::optional<Quat> read_joint_turn(const Reader& from, std::string_view key, Jo
   const Quat turn = from.rotation(kIdentity, key);
   const Real off = glm::length(rotation_vector(allowed_by_kind(kind, turn) * glm::conjugate(turn)));
   if (off <= 1e-6) return turn;
-  from.diagnostics.error(node, "found a turn " + written(off * 180 / kPi) + " degrees from what " +
-                                   a_joint(kind) + " can make, expected one that it can");
+  from.diagnostics.error(node, "found a rotation " + written(off * 180 / kPi) +
+                                   " degrees from what " + a_joint(kind) +
+                                   " allows, expected one that it allows");
   return std::nullopt;
 }
 

@@ -90,8 +90,9 @@ struct EventKeySet {
     if constexpr (requires { Event::needs; })
       any_of.push_back({Event::needs.keys, Event::needs.complaint});
     if constexpr (Lasts<Event>)
-      beside.push_back({"every", "to",
-                        "found \"every\" without \"to\", expected the end of the first time too"});
+      beside.push_back(
+          {"every", "to",
+           "found \"every\" without \"to\", expected the end of the first interval too"});
     set = {what, Event::about, keys, exclusive, any_of, beside};
   }
   EventKeySet(const EventKeySet&) = delete;

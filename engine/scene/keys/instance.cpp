@@ -17,10 +17,10 @@ constexpr Key kOfPrefab =
     needed_reference<&I::prefab>("prefab", "the name of a prefab", "Name of a prefab.");
 constexpr Key kItsSolver =
     object<&I::solver>("solver", "solver", "Solver settings for all its islands.");
-constexpr Key kMirrored = word<&I::mirror>(
-    "mirror", kAxes,
-    "Take the mirror image of the prefab: across the plane through its origin that this axis of it "
-    "is normal to. Names of parts change sides. Default: no mirror image.");
+constexpr Key kMirrored =
+    word<&I::mirror>("mirror", kAxes,
+                     "Mirror the prefab across the plane through its origin normal to this axis. "
+                     "Names with a side change it. Default: not mirrored.");
 
 constexpr Key kInstance[] = {
     needed_name<&I::name>(),
@@ -45,14 +45,14 @@ constexpr Key kGenerated[] = {
 constexpr Key kMirror[] = {
     row<&MirrorRecipe::bodies>(
         "bodies", ValueType::references, "",
-        "Names of bodies of this scene or prefab, or of chains, instances and grids: all of "
-        "theirs. Each name has a side: \"left\" or \"right\" in it, or \"l\" or \"r\" as in "
+        "Names of bodies of this scene or prefab, or of chains, instances and grids: all their "
+        "bodies. Each name has a side: \"left\" or \"right\" in it, or \"l\" or \"r\" as in "
         "\"arm_l\"; the image has the other.")
         .needed("the names of the bodies"),
     word<&MirrorRecipe::plane, &MirrorPlane::axis>(
-        "axis", kAxes, "What the plane is normal to, in the frame of the scene or prefab."),
+        "axis", kAxes, "Normal of the plane, in the frame of the scene or prefab."),
     number<&MirrorRecipe::plane, &MirrorPlane::offset>("offset", "m", kAnyNumber,
-                                                       "Where the plane is along it."),
+                                                       "Position of the plane along that axis."),
 };
 
 bool read_count(const RowValue& row, GridRecipe& grid) {
@@ -82,7 +82,7 @@ constexpr Key kGrid[] = {
     kMirrored,
     number<&I::time_offset>(
         "time_offset", "s", kTime,
-        "The paths and drives of each copy run ahead of the one before by this time."),
+        "The paths and drives of each copy run ahead of those of the previous copy by this time."),
     kItsSolver,
 };
 
@@ -93,7 +93,7 @@ struct Stairs {
 };
 constexpr Key kStairs[] = {
     needed_name<&BodyRecipe::name>(),
-    whole<&Stairs::count>("count", 1, 10'000, "How many steps.").needed("a number of steps"),
+    whole<&Stairs::count>("count", 1, 10'000, "Number of steps.").needed("a number of steps"),
     number<&Stairs::width>("width", "m", kSize, "Along z.").needed(kSize.words),
     number<&Stairs::rise>("rise", "m", kSize, "Height of one step.").needed(kSize.words),
     number<&Stairs::run>("run", "m", kSize, "Depth of one step.").needed(kSize.words),
@@ -102,14 +102,13 @@ constexpr Key kStairs[] = {
     kRotationDeg,
     kMaterial,
     of_object("collision", ValueType::object_or_flag, "collision",
-              "Default: solid, as the scene says of how."),
+              "Default: it collides, with the settings of the scene."),
 };
 
 }  // namespace
 
 constinit const KeySet keys::instance{"instance", "A copy of a prefab.", kInstance};
-constinit const KeySet keys::generators{"generators", "Rules that write many things out.",
-                                        kGenerated};
+constinit const KeySet keys::generators{"generators", "Generators of many bodies.", kGenerated};
 constinit const KeySet keys::grid{"grid", "Copies of a prefab in rows.", kGrid};
 constinit const KeySet keys::stairs{
     "stairs",
@@ -118,9 +117,9 @@ constinit const KeySet keys::stairs{
     kStairs};
 constinit const KeySet keys::mirror{
     "mirror",
-    "Copies bodies across a plane with all joints, cables, pins and gears that tie them to each "
-    "other, to the world or to bodies that have no image: left becomes right. A hinge's image "
-    "turns the mirrored way through the same angles.",
+    "Mirrors bodies across a plane, with all joints, cables, pins and gears that tie them to each "
+    "other, to the world or to bodies without an image: left becomes right. The image of a hinge "
+    "rotates the mirrored way through the same angles.",
     kMirror};
 
 bool read_members(const Reading& reading, const Reader& from, InstanceRecipe& instance) {

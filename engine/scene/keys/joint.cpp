@@ -56,57 +56,54 @@ constexpr Key kEveryJoint[] = {
     own_name<&J::name>("Default \"a-b\"."),
     kClass,
     word("kind", kWords<is_of_files>,
-         "ball (or spherical): all turns are free. hinge (or revolute): Q turns about x. "
-         "universal: Q turns about y of a, then about z of b; x is the shaft. fixed: no turn. The "
-         "others are for the solver lagrangian. cylindrical: turns about x and slides along it. "
-         "prismatic: slides along x of a. screw: slides along x by pitch for each rad it turns "
-         "about it. planar: slides across x, turns about it. distance: two points stay length "
-         "apart. spring: a spring and damper between two points.")
+         "ball (or spherical): free rotation. hinge (or revolute): Q rotates about x. universal: Q "
+         "rotates about y of a, then about z of b; x is the shaft. fixed: no rotation. The others "
+         "are for the solver lagrangian. cylindrical: rotates about x and translates along it. "
+         "prismatic: translates along x of a. screw: translates along x by pitch per rad of "
+         "rotation about it. planar: translates across x, rotates about it. distance: two points "
+         "stay length apart. spring: a spring and damper between two points.")
         .or_else(0),
     word("type", kBallOnly, "An older word for \"kind\": \"ball\"."),
     needed_reference<&J::a>("a", kBodyOrWorld,
                             "Name of a body of this scene or prefab, \"instance/body\" or "
-                            "\"chain/0\"; \"world\" is what never moves."),
+                            "\"chain/0\"; \"world\" never moves."),
     needed_reference<&J::b>("b", kBodyOrWorld, "Likewise, the other body."),
     vector<&J::anchor>("anchor", "m",
                        "The shared point at the start, in the frame of the scene or prefab.")
         .of_kinds(is_no_line),
-    vector<&J::anchor_a>(
-        "anchor_a", "m",
-        "The point in a's own frame; alone, b's follows from where the bodies lie at the start."),
+    vector<&J::anchor_a>("anchor_a", "m",
+                         "The point in a's own frame; alone, b's follows from the initial poses."),
     vector<&J::anchor_b>("anchor_b", "m", "The point in b's own frame; alone, a's follows."),
     direction("axis",
-              "The x axis at the start, in the frame of the scene or prefab, of any length: what a "
-              "hinge turns about, what a ball twists about, the shaft of a universal joint.")
+              "The x axis at the start, in the frame of the scene or prefab, of any length: the "
+              "axis of a hinge, the twist axis of a ball, the shaft of a universal joint.")
         .or_else(1, 0, 0)
         .of_kinds(is_no_line),
     direction("across",
-              "The y axis, likewise; only its part across the axis counts. Default: [0, 1, 0] "
-              "turned the shortest way with x to the axis.")
+              "The y axis, likewise; only its component across the axis counts. Default: [0, 1, 0] "
+              "under the shortest rotation of x to the axis.")
         .of_kinds(is_no_line),
-    direction(
-        "axis_a",
-        "The x axis in a's own frame instead; b's follows from how the bodies lie at the start.")
+    direction("axis_a", "The x axis in a's own frame instead; b's follows from the initial poses.")
         .of_kinds(is_no_line),
     direction("across_a", "The y axis in a's own frame.").of_kinds(is_no_line),
     direction("axis_b",
-              "The x axis in b's own frame; a's follows. Beside axis_a, both acrosses are needed "
-              "and Q is what follows.")
+              "The x axis in b's own frame; a's follows. Beside axis_a, across_a and across_b are "
+              "needed and Q follows.")
         .of_kinds(is_no_line),
     direction("across_b", "The y axis in b's own frame.").of_kinds(is_no_line),
     row("rest", ValueType::joint_turn, "", "Q at the start. Default: none.").of_kinds(is_no_line),
     row("rest_deg", ValueType::joint_turn_deg, "degrees", "The same.").of_kinds(is_no_line),
-    object("limits", "limits", "How far it may turn. Default: as far as its kind lets it."),
-    object("drive", "joint_drive", "A spring and damper that turn it. Default: none.")
+    object("limits", "limits", "Limits of its coordinates. Default: those of its kind."),
+    object("drive", "joint_drive", "A spring and damper towards a target. Default: none.")
         .of_kinds(is_driven),
     vector<&J::point_a>(
         "point_a", "m",
-        "Where it begins, at the start, in the frame of the scene or prefab. Default: a's origin.")
+        "End on a at the start, in the frame of the scene or prefab. Default: a's origin.")
         .of_kinds(is_line),
-    vector<&J::point_b>("point_b", "m", "Where it ends, likewise.").of_kinds(is_line),
+    vector<&J::point_b>("point_b", "m", "End on b, likewise.").of_kinds(is_line),
     object("spring", "spring",
-           "Acts on the turn of a hinge, a screw, a cylindrical joint, on the first turn of a "
-           "universal one, on the slide of a prismatic one.")
+           "Acts on the rotation of a hinge, a screw, a cylindrical joint, on the first rotation "
+           "of a universal joint, on the translation of a prismatic joint.")
         .of_kinds(acts),
     object("friction", "friction", "Likewise.").of_kinds(acts),
     object("motor", "motor", "Likewise.").of_kinds(acts),
@@ -148,12 +145,12 @@ constexpr Key kGear[] = {
         .once("second_moves")
         .once_words(kOldCoordinates),
     number<&G::ratio>("ratio", "", kAnyNumber,
-                      "Of second for each unit of first: rad/rad, m/rad, rad/m or m/m. Gears that "
-                      "mesh turn against each other: below 0.")
-        .needed("how far the second moves for each unit of the first")
+                      "Of second per unit of first: rad/rad, m/rad, rad/m or m/m. Meshing gears "
+                      "rotate in opposite senses: below 0.")
+        .needed("the motion of second per unit of first")
         .not_zero(),
-    number<&G::offset>("offset", "rad", kAnyNumber, "Of travel m. Default: as placed."),
-    angle_deg<&G::offset>("offset_deg", "The same, of an angle."),
+    number<&G::offset>("offset", "rad", kAnyNumber, "m for a travel. Default: as placed."),
+    angle_deg<&G::offset>("offset_deg", "The same for an angle."),
 };
 
 /// "axis" and "across", or the same with `suffix` in a body's own frame; nothing without both.
@@ -177,12 +174,12 @@ void read_frames(const Reader& from, JointRecipe& joint) {
     if (!joint.axes_a->across || !joint.axes_b->across)
       from.error(
           "found \"axis_a\" and \"axis_b\", expected \"across_a\" and \"across_b\" beside them: "
-          "the joint's zero is where the two agree");
+          "they define the zero of the joint");
     for (std::string_view key : {"rest", "rest_deg"})
       if (from.has(key))
-        from.error_at_key(
-            key, "found \"" + std::string(key) +
-                     "\" beside the axes in both bodies, expected only one of them: those tell it");
+        from.error_at_key(key, "found \"" + std::string(key) +
+                                   "\" beside the axes in both bodies, expected only one of them: "
+                                   "the axes determine it");
     return;
   }
   joint.rest = read_joint_turn(from, "rest", joint.turn.kind).value_or(kIdentity);
@@ -207,8 +204,8 @@ JointKind read_kind(const Reader& from) {
   const bool is_kind = joint_kind_from_name(word, named);
   if (is_kind && std::ranges::count(kinds, named) > 0) return named;
   if (is_chain || !is_kind || info_of(named).in_files) return kinds[from.word("kind", 0, names)];
-  from.diagnostics.error_value(node, "a kind that a file can tell: " + a_joint(named) +
-                                         " is made in C++, with JointExtras::custom");
+  from.diagnostics.error_value(node, "a kind that a file can define: " + a_joint(named) +
+                                         " is defined in C++, by JointParameters::custom");
   return JointKind::ball;
 }
 
@@ -222,17 +219,17 @@ constinit const KeySet keys::joint{
     "joint",
     "A joint. Needs anchor, or anchor_a, anchor_b or both, unless it is a distance or a spring, "
     "whose ends are point_a or anchor_a and point_b or anchor_b; where both do not meet at the "
-    "start, the first step closes the gap. Its axes x, y, z count for kinds other than ball, "
-    "limits and drives. Q tells how b's stand in a's; limits are counted from Q = 1.",
+    "start, the first step closes the gap. Its axes x, y, z matter for kinds other than ball, "
+    "limits and drives. Q is the rotation of b's axes in a's; limits are measured from Q = 1.",
     kJoint, kJointPairs};
-constinit const KeySet keys::joint_class{
-    "joint_class", "What joints of a class are, and those of chains, unless they say otherwise.",
-    kJointClass, kJointClassPairs};
+constinit const KeySet keys::joint_class{"joint_class",
+                                         "Defaults of joints of a class, and of those of chains.",
+                                         kJointClass, kJointClassPairs};
 constinit const KeySet keys::gear{
     "gear",
-    "Two joints that move in proportion: coordinate of second = ratio * coordinate of first + "
-    "offset. For the solver lagrangian. Coordinates are angles about x (of hinge, cylindrical, "
-    "screw) and travel along it (cylindrical, prismatic, screw).",
+    "A gear couples two joints: coordinate of second = ratio * coordinate of first + offset. For "
+    "the solver lagrangian. Coordinates are angles about x (of hinge, cylindrical, screw) and "
+    "travel along it (cylindrical, prismatic, screw).",
     kGear};
 
 std::string a_joint(JointKind kind) { return std::string("a ") + name_of(kind) + " joint"; }

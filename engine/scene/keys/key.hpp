@@ -360,7 +360,8 @@ constexpr Key objects(Text name, Text kind, Text about) {
   return of_object<path...>(name, ValueType::objects, kind, about);
 }
 
-inline constexpr Key kPosition = vector("position", "m", "Where the frame's origin is.").or_else(0);
+inline constexpr Key kPosition =
+    vector("position", "m", "Position of the frame's origin.").or_else(0);
 inline constexpr Key kRotation =
     row("rotation", ValueType::quaternion, "",
         "Quaternion [x, y, z, w] from the own frame to the frame around it. Default: none.");
@@ -369,11 +370,11 @@ inline constexpr Key kRotationDeg =
            "The same as three angles: about the fixed x axis first, then y, then z.");
 inline constexpr Key kParent =
     reference("parent", "the name of a body",
-              "Name of a body in whose own frame position and rotation are given; it ties nothing. "
-              "Default: none, they are given in the frame of the scene or prefab.");
+              "Name of a body in whose own frame position and rotation are given; it is no "
+              "constraint. Default: none, they are given in the frame of the scene or prefab.");
 inline constexpr Key kClass =
     reference("class", "the name of a class",
-              "Name of one of the scene's classes: keys that do not stand here are as it says.");
+              "Name of one of the scene's classes: keys that are absent here are taken from it.");
 inline constexpr Key kMaterial =
     reference("material", "the name of a material", "Name of a material.");
 

@@ -23,41 +23,42 @@ constexpr Key pair(Text name, Text unit, Text about) {
 constexpr Key kLamina[] = {
     needed_name(),
     row("outline", ValueType::pairs, "m",
-        "Corners [x, y] of its outline at the start, in order, in the scene's x-y plane. Default: "
-        "unknown; then every finger tells its normal and the lamina cannot be moved on."),
-    number<&L::mass>("mass", "kg", kNotNegative, "It weighs mass times the scene's gravity."),
+        "Corners [x, y] of its outline at the start, in order, in the scene's xy plane. Default: "
+        "unknown; then every finger needs a normal and the lamina cannot be moved."),
+    number<&L::mass>("mass", "kg", kNotNegative, "Its weight is mass times the scene's gravity."),
     pair("centre_of_mass", "m",
          "At the start. Default: the middle of the outline's area; the origin without an outline."),
-    pair("force", "N", "What else acts on the mass centre. Default: nothing."),
-    number<&L::torque>("torque", "N m", kAnyNumber, "What else turns it, counter-clockwise."),
-    objects("fingers", "finger", "What holds or pushes it, 1 to 32.").needed("1 to 32 fingers"),
+    pair("force", "N", "External force on the mass centre. Default: none."),
+    number<&L::torque>("torque", "N m", kAnyNumber, "External torque, counter-clockwise."),
+    objects("fingers", "finger", "The fingers that hold or push it, 1 to 32.")
+        .needed("1 to 32 fingers"),
 };
 
 constexpr Key kFinger[] = {
     own_name("Default: its number, from 1."),
     pair<&F::point>("point", "m",
-                    "Where it touches at the start; with an outline it may wait outside.")
+                    "Contact point at the start; with an outline it may start outside.")
         .needed("a point: two numbers"),
     pair<&F::normal>("normal", "",
-                     "Into the lamina, of any length. Default: across the outline's edge."),
+                     "Into the lamina, of any length. Default: normal to the outline's edge."),
     flag<&F::flat>("flat",
-                   "Whether the finger is an edge, across its normal, that a corner of the lamina "
-                   "touches; otherwise it is a point that touches an edge."),
-    pair("velocity", "m/s", "Steady. Default: it rests."),
+                   "Whether the finger is an edge, perpendicular to its normal, that a corner of "
+                   "the lamina touches; otherwise it is a point that touches an edge."),
+    pair("velocity", "m/s", "Constant. Default: it rests."),
     row("waypoints", ValueType::points, "s, m, m",
-        "Instead: [time, x, y] after the start, times rising. It moves straight and steadily from "
-        "one to the next, and rests after the last."),
+        "Instead: [time, x, y] after the start, in order of time. It moves at constant velocity "
+        "from one to the next, and rests after the last."),
     row("friction", ValueType::number_or_pair, "",
-        "Coulomb's coefficient, or two: where the contact rolls (sticks), where it slides. Default "
+        "Coefficient of Coulomb friction, or two: for rolling (sticking) and for sliding. Default "
         "0.5.")
         .within(kNotNegative),
     pair("friction_between", "",
-         "Bounds of a coefficient that is not certain; the same for rolling and sliding. Default: "
-         "none, it is known.")
+         "Bounds of an uncertain coefficient; the same for rolling and sliding. Default: none, it "
+         "is known.")
         .within(kNotNegative),
     number("friction_deviation", "", kPositive,
-           "Of a normal distribution about \"friction\", cut off at these bounds. Default: every "
-           "value between them is equally likely."),
+           "Of a normal distribution about \"friction\", truncated at these bounds. Default: a "
+           "uniform distribution between them."),
 };
 constexpr Exclusive kFingerPairs[] = {{"velocity", "waypoints"}};
 constexpr Beside kFingerPartners[] = {
@@ -177,12 +178,11 @@ void read_fingers(const Reading& reading, const Reader& from, LaminaPlan& lamina
 
 constinit const KeySet keys::lamina{
     "lamina",
-    "A rigid part in the scene's x-y plane, held or pushed by fingers so slowly that inertia does "
-    "not count. `pantin modes` tells which contacts stick, slide or separate, and for which "
-    "friction.",
+    "A rigid part in the scene's xy plane, held or pushed by fingers quasistatically. `pantin "
+    "modes` tells which contacts stick, slide or separate, and for which friction.",
     kLamina};
 constinit const KeySet keys::finger{
-    "finger", "A point, or an edge, that touches a lamina and moves as it is told.",
+    "finger", "A point, or an edge, that touches a lamina and moves as prescribed.",
     kFinger,  kFingerPairs,
     kNoNeeds, kFingerPartners};
 

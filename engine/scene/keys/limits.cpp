@@ -12,27 +12,27 @@ using namespace rows;
 using L = JointLimits;
 
 constexpr Key kLimits[] = {
-    angles("angle", "Of a hinge, cylindrical, screw or planar joint about x: least and most."),
+    angles("angle", "Of a hinge, cylindrical, screw or planar joint about x: minimum and maximum."),
     angles_deg("angle_deg", "The same."),
-    angles("twist", "Of a ball about x: least and most."),
+    angles("twist", "Of a ball about x: minimum and maximum."),
     angles_deg("twist_deg", "The same."),
-    angle("cone", "Of a ball: how far x may swing, half the cone's opening, 0 to half a turn."),
+    angle("cone", "Of a ball: maximum swing of x, half the cone's opening, 0 to half a turn."),
     angle_deg("cone_deg", "The same."),
     angles("swing",
            "Of a ball: half openings of an elliptic cone, for swings about y and about z, 0 to "
            "half a turn."),
     angles_deg("swing_deg", "The same."),
-    angles("first", "Of a universal joint about y of a: least and most."),
+    angles("first", "Of a universal joint about y of a: minimum and maximum."),
     angles_deg("first_deg", "The same."),
-    angles("second", "Of a universal joint about z of b: least and most."),
+    angles("second", "Of a universal joint about z of b: minimum and maximum."),
     angles_deg("second_deg", "The same."),
-    object("soft", "soft", "A spring before each stop. Default: none."),
+    object("soft", "soft", "A spring near each stop. Default: none."),
     row("travel", ValueType::numbers, "m",
-        "Of a cylindrical, prismatic or screw joint: least and most of b's anchor along x from "
-        "a's.")
+        "Of a cylindrical, prismatic or screw joint: minimum and maximum of b's anchor along x "
+        "from a's.")
         .holding(2),
     number("restitution", "", kUnit,
-           "Part of the speed with which a stop is left again. For the solver lagrangian.")
+           "Coefficient of restitution at a stop. For the solver lagrangian.")
         .or_else(0),
 };
 constexpr Exclusive kLimitPairs[] = {{"cone", "swing swing_deg"}, {"cone_deg", "swing swing_deg"}};
@@ -40,10 +40,10 @@ constexpr Beside kLimitPartners[] = {
     {"soft",
      "angle angle_deg twist twist_deg cone cone_deg swing swing_deg first first_deg second "
      "second_deg",
-     "found \"soft\" without a limit, expected one beside it, whose stops it softens"}};
+     "found \"soft\" without a limit, expected a limit beside it"}};
 
 constexpr Key kSoft[] = {
-    angle("zone", "How far before the stop they begin, above 0."),
+    angle("zone", "Distance before the stop at which they begin, above 0."),
     angle_deg("zone_deg", "The same."),
     number<&L::soft_stiffness>("stiffness", "N m/rad", kNotNegative, "Of the spring."),
     number<&L::soft_damping>("damping", "N m s/rad", kNotNegative, "Of the damper."),
@@ -74,7 +74,7 @@ std::string limits_in_words(JointKind kind) {
   const std::vector<std::string_view> has = limits_of(kind);
   if (!has.empty()) return "those of " + a_joint(kind) + ": " + listed(has);
   return "none: " + a_joint(kind) +
-         (turns_of(kind) == Turns::nowhere ? " turns nowhere" : " has no limits");
+         (turns_of(kind) == Turns::nowhere ? " has no rotation" : " has no limits");
 }
 
 void check_limits(const Reader& from, JointKind kind) {
@@ -150,9 +150,9 @@ void read_soft(const Reading& reading, const Reader& outer, JointLimits& limits)
 
 constinit const KeySet keys::limits{
     "limits",
-    "How far a joint may turn, counted from Q = 1, or slide. A ball has twist and cone or swing; a "
-    "hinge, cylindrical, screw or planar joint angle; a universal joint first and second; what "
-    "slides along x travel.",
+    "Limits of a joint's rotation, measured from Q = 1, or translation. A ball has twist and cone "
+    "or swing; a hinge, cylindrical, screw or planar joint angle; a universal joint first and "
+    "second; a joint that translates along x travel.",
     kLimits,
     kLimitPairs,
     kNoNeeds,

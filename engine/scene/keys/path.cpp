@@ -61,7 +61,7 @@ struct Table {
   std::array<AnyOf, 1> needs;
   std::array<Beside, 1> beside{{{"loop", "keyframes",
                                  "found \"loop\" without \"keyframes\", expected it with them "
-                                 "only: other paths repeat by themselves"}}};
+                                 "only: other paths are periodic"}}};
   std::vector<std::vector<Key>> keys;
   std::vector<KeySet> sets;  // of "path", then of the kinds that are objects
 
@@ -72,7 +72,7 @@ struct Table {
     keys.reserve(sizeof...(Kinds) + 1);
     (add<Kinds>(), ...);
     keys.front().push_back(
-        flag("loop", "Repeat the path for all times; the last key must be the first pose again.")
+        flag("loop", "Repeat the path forever; the last key must equal the first pose.")
             .or_else(false));
     join();
     const KeySet path{.what = "path",

@@ -206,7 +206,7 @@ std::string old_property_of(const Key& key) {
   const std::string value = value_of(key);
   list.add(value.substr(1, value.size() - 2));
   list.add("deprecated", "true");
-  list.add("description", quoted("Called \"" + std::string(key.name) + "\" today."));
+  list.add("description", quoted("Now called \"" + std::string(key.name) + "\"."));
   return list.object();
 }
 
@@ -320,7 +320,7 @@ std::string schema_of(const KeySet& set) {
     if (key.is_needed) needed.add(quoted(key.name));
   }
   each_word(set.retired, [&](std::string_view name) {
-    properties.add(name, "{\"deprecated\":true,\"description\":\"Has no effect today.\"}");
+    properties.add(name, "{\"deprecated\":true,\"description\":\"No longer has any effect.\"}");
   });
   List list;
   list.add("type", quoted("object"));
@@ -339,13 +339,13 @@ std::string scene_schema() {
   defs.add("name", name_schema());
   defs.add("vector", array_of(number_of(kAnyNumber), 3));
   defs.add("shape", typed_schema({kShapeNames, "", "The kind of shape.",
-                                  "A solid in the body's own frame."}));
+                                  "A shape in the body's own frame."}));
   defs.add("event", typed_schema({kEventNames, "_event", "What happens.",
-                                  "Something that is done to the scene while it runs."}));
+                                  "A timed change of the scene while it runs."}));
   defs.add("face", typed_schema({kFaceTypes, "_face", "The kind of face.",
                                  "A face of a NURBS surface, u x v outwards."}));
   defs.add("curve", typed_schema({kCurveTypes, "_curve", "The kind of curve.",
-                                  "A curve: of a face, or one that touches."}));
+                                  "A curve: of a face, or of a surface joint."}));
   for (const KeySet* set : all_key_sets()) defs.add(set->what, schema_of(*set));
   List whole;
   whole.add("$schema", quoted("https://json-schema.org/draft/2020-12/schema"));

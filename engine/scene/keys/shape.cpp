@@ -26,27 +26,27 @@ constexpr std::string_view kHeightsNeed = "\"columns\", \"rows\", \"spacing\" an
 
 constexpr Key kDensity = number<&S::density>(
     "density", "kg/m^3", kWeight,
-    "Beside a body's mass only the ratios between shapes count. Default: as the body says.");
+    "Beside a body's mass only the ratios between shapes matter. Default: that of the body.");
 
 constexpr Key kPointKeys[] = {
-    row("points", ValueType::points, "m", "In the shape's frame. Points inside do no harm."),
+    row("points", ValueType::points, "m", "In the shape's frame. Interior points are allowed."),
     reference("file", "the path of an OBJ file",
-              "A Wavefront OBJ file instead, m: its points. The path starts from the scene file's "
-              "folder.")};
+              "A Wavefront OBJ file instead, m: its points. The path is relative to the scene "
+              "file's folder.")};
 constexpr Exclusive kPointPairs[] = {{"points", "file"}};
 constexpr AnyOf kPointNeeds[] = {
     {"points file", "found no \"points\", expected four points or more, or a \"file\""}};
 
 constexpr Key kTriangleKeys[] = {
     row("points", ValueType::points, "m", "In the shape's frame."),
-    row("triangles", ValueType::triples, "", "Three places in points each, counted from 0."),
+    row("triangles", ValueType::triples, "", "Three indices into points each, from 0."),
     reference("file", "the path of an OBJ file",
               "A Wavefront OBJ file instead, m: its lines v and f; faces of more corners become "
-              "fans. The path starts from the scene file's folder.")};
+              "fans. The path is relative to the scene file's folder.")};
 constexpr Exclusive kTrianglePairs[] = {{"points", "file"}, {"file", "triangles"}};
 constexpr AnyOf kTriangleNeeds[] = {
     {"points file", "found no \"points\", expected \"points\" and \"triangles\", or a \"file\""},
-    {"triangles file", "found no \"triangles\", expected three places in \"points\" for each"}};
+    {"triangles file", "found no \"triangles\", expected three indices into \"points\" for each"}};
 
 constexpr Key kHeightKeys[] = {
     whole("columns", 2, kMostHeights, "Heights along x.").needed(kHeightsNeed),
@@ -60,8 +60,8 @@ constexpr Key kHeightKeys[] = {
 
 constexpr Key kSkinKeys[] = {
     of_object("surface", ValueType::object_or_reference, "surface",
-              "The name of one of the scene's surfaces, a surface, or the path of a file of one, "
-              "which ends in .json and starts from the scene file's folder.")
+              "The name of one of the scene's surfaces, a surface, or the path of a surface file, "
+              "which ends in .json and is relative to the scene file's folder.")
         .needed("the name of a surface, or a surface")};
 
 /// The keys of a shape that depend on the source of its surface.
@@ -105,9 +105,9 @@ void add_ends(const SizeKey& length, ShapeKeySet& made) {
     if (key.name == length.key) key.is_needed = false;
   const std::string name(length.key);
   made.keys.push_back(vector("from", "m",
-                             "Where its y axis begins, in the body's own frame: with \"to\" it "
-                             "tells length, position and rotation."));
-  made.keys.push_back(vector("to", "m", "Where it ends."));
+                             "Start of its y axis, in the body's own frame: with \"to\" it "
+                             "determines length, position and rotation."));
+  made.keys.push_back(vector("to", "m", "End of its y axis."));
   made.placed_by = name + " position rotation rotation_deg";
   made.long_by = name + " from to";
   made.complaint =
@@ -140,7 +140,7 @@ using SurfacePointer = std::shared_ptr<const Surface>;
 
 std::vector<Triangle> read_triangles(const Reader& from, std::size_t points) {
   const Range corner{0, static_cast<Real>(points) - 1,
-                     "the place of a point in \"points\", counted from 0"};
+                     "the index of a point in \"points\", from 0"};
   std::vector<Triangle> triangles;
   for (NodeId node : from.items("triangles")) {
     Real c[3] = {0, 0, 0};

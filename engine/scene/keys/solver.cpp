@@ -42,46 +42,46 @@ constexpr Key kSolver[] = {
     word<&S::solver>("type", kSolverNames, std::string_view(kAbouts.data(), kAbouts.size()))
         .once_words(kOldSolvers),
     number<&S::rotation_stiffness>("rotation_stiffness", "", kNotNegative,
-                                   "Of sweep: 0 swings, large values slide.")
+                                   "Of sweep: 0 rotates, large values translate.")
         .once("turn_stiffness"),
     number<&S::sleep_speed>(
         "sleep_speed", "m/s", kNotNegative,
-        "What rests on fixed things and moves no faster for half a second falls asleep; heaps of "
-        "jointed bodies as soon as no body but a swaying arm left its place for a second (2.5 s "
-        "times this, an arm 40 s times this); 0 never.")
+        "A body at rest on fixed bodies that moves no faster for half a second falls asleep; a "
+        "heap of jointed bodies does once no body but a swaying arm has moved away for a second "
+        "(by more than 2.5 s times this, an arm by 40 s times this); 0: never.")
         .once("rest_speed"),
-    whole<&S::sweeps>("sweeps", 1, 10'000, "Most relaxation sweeps over several held points.")
+    whole<&S::sweeps>("sweeps", 1, 10'000,
+                      "Maximum number of relaxation sweeps over several pinned points.")
         .once("rounds"),
     number<&S::tolerance>(
         "tolerance", "", kPositive,
-        "Residual of a held point that counts as met, as a fraction of the island's size."),
+        "Tolerance on the residual of a pinned point, as a fraction of the island's size."),
     number<&S::stall_drop>("stall_drop", "", kUnit,
-                           "Least relative gain of a sweep; below it the sweeps end."),
-    flag<&S::limiter>(
-        "limiter",
-        "Of auto, where it falls back on sweeps: whether these may add no energy; off "
-        "only to show what it is for."),
+                           "Minimum relative gain of a sweep; below it the sweeps end."),
+    flag<&S::limiter>("limiter",
+                      "Of auto, where it falls back on sweeps: prevents them from adding energy; "
+                      "off only for demonstration."),
     word<&S::procedural_reluctance>("procedural_reluctance", kReluctances,
                                     "Of procedural: which length^2 h the rule takes.")
         .once("paper_reluctance"),
     word<&S::integrator>("integrator", kIntegratorNames,
-                         "Of lagrangian. euler: order 1, never blows up. rattle: symplectic, order "
-                         "2, energy bounded in long runs. rk4: Runge-Kutta, order 4. implicit: "
-                         "order 2, stiff springs do not limit the step. radau: order 5, likewise."),
-    word<&S::stabilisation>(
-        "stabilisation", kStabilisations,
-        "Of lagrangian: what is done about joints that drift apart. projection: back onto them "
-        "after every step. The others are for comparison."),
+                         "Of lagrangian. euler: order 1, most robust. rattle: symplectic, order 2, "
+                         "energy bounded in long runs. rk4: Runge-Kutta, order 4. implicit: order "
+                         "2, stiff springs do not limit the step. radau: order 5, likewise."),
+    word<&S::stabilisation>("stabilisation", kStabilisations,
+                            "Of lagrangian: correction of constraint drift. projection: back onto "
+                            "the constraints after every step. The others are for comparison."),
     number<&S::baumgarte>(
         "baumgarte", "", kNotNegative,
-        "Of lagrangian, with that stabilisation. euler: part of a gap closed in a step, at most 1; "
-        "0 stands for 0.2. Otherwise a rate, 1/s; 0 stands for 5."),
-    number<&S::step_tolerance>("step_tolerance", "", kPositive,
-                               "Of lagrangian with rk4 or radau: steps are divided so that each "
-                               "errs by less, in m, rad, m/s and rad/s. Default: not divided."),
+        "Of lagrangian, with that stabilisation. euler: fraction of a gap closed in a step, at "
+        "most 1; 0 stands for 0.2. Otherwise a rate, 1/s; 0 stands for 5."),
+    number<&S::step_tolerance>(
+        "step_tolerance", "", kPositive,
+        "Of lagrangian with rk4 or radau: error tolerance of a step, in m, rad, m/s and rad/s; "
+        "steps are subdivided to meet it. Default: not subdivided."),
     number<&S::damping_ratio>(
         "damping_ratio", "", kUnit,
-        "Of lagrangian with implicit: what is left of the fastest vibrations after a step."),
+        "Of lagrangian with implicit: fraction of the fastest vibrations left after a step."),
 };
 
 }  // namespace
@@ -98,12 +98,12 @@ bool read_members(const Reading& reading, const Reader& from, SolverSettings& s)
   const std::string name(integrator.name);
   if (from.has("baumgarte") && integrator.baumgarte_is_part && s.baumgarte > 1)
     from.error_value("baumgarte", "a number from 0 to 1: with \"" + name +
-                                      "\" it is the part of a gap closed in a step");
+                                      "\" it is the fraction of a gap closed in a step");
   if (integrator.takes_tolerance) return true;
   if (from.has("step_tolerance"))
     from.error_at_key("step_tolerance", "found \"step_tolerance\" with the integrator \"" + name +
                                             "\", expected it with " + names_that_take_tolerance() +
-                                            " only: no other divides steps");
+                                            " only: no other subdivides steps");
   s.step_tolerance = 0;  // not inherited from the enclosing settings
   return true;
 }

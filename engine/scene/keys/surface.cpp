@@ -18,19 +18,19 @@ constexpr Range kFullTurn{1e-6, 360, "an angle above 0, at most 360 degrees"};
 
 constexpr Key kScale =
     row("scale", ValueType::vector_or_number, "",
-        "By which it is multiplied, along each axis or along all, before it is rotated and moved.")
+        "Scale factor along each axis or along all, applied before rotation and translation.")
         .within(kPositive)
         .or_else(1);
 constexpr Key kInsideOut =
-    flag("inside_out", "Whether the outer side is turned inside, as of a bowl that is rolled in.")
+    flag("inside_out", "Whether the outer side is flipped to the inside, as of a bowl.")
         .or_else(false);
 constexpr Key kPoints = row("points", ValueType::points, "m", "Control points.");
 constexpr Key kWeights = row("weights", ValueType::number_list, "",
                              "Of the control points, above 0. Default: 1 for all.")
                              .within(kAnyNumber);
 constexpr Key kHomogeneous = row("homogeneous", ValueType::number_list, "",
-                                 "In place of points and weights: x w, y w, z w and w of each, one "
-                                 "after the other; exact where weights are not 1.")
+                                 "In place of points and weights: x w, y w, z w and w of each in "
+                                 "sequence; exact where weights are not 1.")
                                  .within(kAnyNumber);
 constexpr Exclusive kPointPairs[] = {{"homogeneous", "points weights"}};
 constexpr AnyOf kPointNeeds[] = {
@@ -54,7 +54,7 @@ constexpr Key curve(std::string_view name, std::string_view about) {
   return object(name, "curve", about).needed("a curve");
 }
 
-constexpr Key kCurveName = own_name("What joints call it. Needed in a list of curves.");
+constexpr Key kCurveName = own_name("Name for joints. Needed in a list of curves.");
 
 /// The keys of a face or a curve: its type, its own keys, and its position.
 constexpr auto face_keys(std::size_t type, const auto&... own) {
@@ -70,12 +70,12 @@ constexpr auto curve_keys(std::size_t type, const auto&... own) {
 
 constexpr Key kSurface[] = {
     text("$schema", "Of a file: where editors find this schema; not read."),
-    own_name("What shapes call it. Needed in a list of surfaces."),
-    objects("faces", "face", "All that the surface is made of, outer sides outwards."),
+    own_name("Name for shapes. Needed in a list of surfaces."),
+    objects("faces", "face", "The faces of the surface, outer sides outwards."),
     reference("file", "the path of a file of a surface",
-              "The surface of a file of its own, JSON of this kind. The path starts from this "
+              "A separate file of the surface, JSON of this kind. The path is relative to this "
               "file's folder."),
-    number("tolerance", "m", kJoin, "Edges of faces that coincide within it are joined.")
+    number("tolerance", "m", kJoin, "Edges of faces that coincide within this distance are joined.")
         .or_else(1e-7),
     kScale,
     kPosition,
@@ -94,17 +94,17 @@ constexpr auto kNurbsFace =
                   .within(kDegree)
                   .needed("the degrees along u and v"),
               row("knots_u", ValueType::number_list, "",
-                  "Not decreasing; as many as points along u, the degree and 1 together.")
+                  "Non-decreasing; their number is points along u + degree + 1.")
                   .within(kKnots)
                   .needed("the knots along u"),
               row("knots_v", ValueType::number_list, "", "Likewise along v.")
                   .within(kKnots)
                   .needed("the knots along v"),
               row("points", ValueType::points, "m",
-                  "Control points, u outermost: all of the first row along v, then of the next."),
+                  "Control points, u outermost: the first row along v, then the next."),
               kWeights, kHomogeneous,
-              flag("periodic_u", "Whether both ends of u are one place.").or_else(false),
-              flag("periodic_v", "Whether both ends of v are one place.").or_else(false));
+              flag("periodic_u", "Whether the face is closed along u.").or_else(false),
+              flag("periodic_v", "Whether the face is closed along v.").or_else(false));
 constexpr auto kPlaneFace = face_keys(
     1, row("size", ValueType::numbers, "m", "Along x and along y, the origin in the middle.")
            .holding(2)
@@ -115,7 +115,7 @@ constexpr auto kCylinderFace =
               number("height", "m", kSize, "From the origin along z.").needed(kSize.words));
 constexpr auto kConeFace = face_keys(
     3,
-    row("radii", ValueType::numbers, "m", "About z, at the bottom and at the top; 0: a tip.")
+    row("radii", ValueType::numbers, "m", "About z, at the bottom and at the top; 0: an apex.")
         .holding(2)
         .within(kNotNegative)
         .needed("two radii"),
@@ -127,19 +127,21 @@ constexpr auto kTorusFace =
     face_keys(6, radius("Of the tube's middle, about z."),
               number("tube", "m", kSize, "Radius of the tube.").needed(kSize.words));
 constexpr auto kRevolutionFace =
-    face_keys(7, curve("profile", "Turned about z."),
-              number("angle_deg", "degrees", kFullTurn, "How far.").or_else(360));
+    face_keys(7, curve("profile", "Curve that is revolved about z."),
+              number("angle_deg", "degrees", kFullTurn, "Angle of revolution.").or_else(360));
 constexpr auto kExtrusionFace =
-    face_keys(8, curve("profile", "Moved along the way."),
-              vector("way", "m", "From one end to the other.").needed("a vector"));
+    face_keys(8, curve("profile", "Curve that is extruded."),
+              vector("way", "m", "Displacement from one end to the other.").needed("a vector"));
 constexpr auto kSweepFace = face_keys(
-    9, curve("section", "Moved along the path; of one that turns, in x and y."),
-    curve("path", "Where the section goes."),
-    flag("turning", "Whether the section turns with the path, as little as can be.").or_else(false),
-    whole("stations", 2, 1000, "Of one that turns: at so many places it is exact.").or_else(24));
+    9, curve("section", "Curve that is swept along the path; for a rotating section, in x and y."),
+    curve("path", "Path of the section."),
+    flag("turning", "Whether the section rotates with the path, with the least rotation.")
+        .or_else(false),
+    whole("stations", 2, 1000, "Of a rotating section: number of positions where it is exact.")
+        .or_else(24));
 constexpr auto kInterpolationFace = face_keys(
     10, row("points", ValueType::points, "m", "On the surface, row after row.").needed("points"),
-    row("columns", ValueType::whole, "", "Points in a row, along v.")
+    row("columns", ValueType::whole, "", "Number of points in a row, along v.")
         .within(kCount)
         .needed("how many points are in a row"),
     row("degrees", ValueType::wholes, "", "Along u and v.")
@@ -152,18 +154,17 @@ constexpr auto kInterpolationFace = face_keys(
 constexpr auto kNurbsCurve = curve_keys(
     0,
     row("degree", ValueType::whole, "", "Of the polynomials.").within(kDegree).needed("a degree"),
-    row("knots", ValueType::number_list, "",
-        "Not decreasing; as many as points, the degree and 1 together.")
+    row("knots", ValueType::number_list, "", "Non-decreasing; their number is points + degree + 1.")
         .within(kKnots)
         .needed("the knots"),
     kPoints, kWeights, kHomogeneous,
-    flag("periodic", "Whether both ends are one place.").or_else(false));
-constexpr auto kLineCurve = curve_keys(1, vector("from", "m", "Where it begins.").needed("a place"),
-                                       vector("to", "m", "Where it ends.").needed("a place"));
-constexpr auto kArcCurve = curve_keys(
-    2, radius("About z."),
-    angles_deg("angles_deg", "Where it begins and ends, from x towards y; at most 360 further.")
-        .needed("two angles"));
+    flag("periodic", "Whether the curve is closed.").or_else(false));
+constexpr auto kLineCurve = curve_keys(1, vector("from", "m", "Start point.").needed("a point"),
+                                       vector("to", "m", "End point.").needed("a point"));
+constexpr auto kArcCurve =
+    curve_keys(2, radius("About z."),
+               angles_deg("angles_deg", "Start and end angle, from x towards y; at most 360 apart.")
+                   .needed("two angles"));
 constexpr auto kCircleCurve = curve_keys(3, radius("About z."));
 constexpr auto kEllipseCurve = curve_keys(4, row("radii", ValueType::numbers, "m", "Along x and y.")
                                                  .holding(2)
@@ -172,58 +173,59 @@ constexpr auto kEllipseCurve = curve_keys(4, row("radii", ValueType::numbers, "m
 constexpr auto kInterpolationCurve = curve_keys(
     5, row("points", ValueType::points, "m", "On the curve, in order.").needed("points"),
     row("degree", ValueType::whole, "", "Of the polynomials.").within(kDegree).or_else(3),
-    flag("closed", "Whether it returns to the first point, smoothly.").or_else(false));
+    flag("closed", "Whether it closes smoothly at the first point.").or_else(false));
 constexpr auto kOutlineCurve = curve_keys(
     6,
-    row("points", ValueType::points, "m", "Corners in order, z = 0; the last side is drawn back.")
+    row("points", ValueType::points, "m",
+        "Corners in order, z = 0; the last side closes the polygon.")
         .needed("the corners"),
-    number("rounding", "m", kNotNegative, "Radius of the arcs that round its corners.").or_else(0));
-constexpr auto kJoinedCurve = curve_keys(
-    7,
-    objects("curves", "curve", "Each begins or ends where the one before ends.").needed("curves"));
+    number("rounding", "m", kNotNegative, "Radius of the arcs at its corners.").or_else(0));
+constexpr auto kJoinedCurve =
+    curve_keys(7, objects("curves", "curve", "Each begins or ends where the previous one ends.")
+                      .needed("curves"));
 
 }  // namespace
 
 constinit const KeySet surface{"surface",
-                               "A surface of NURBS faces. A closed one is a solid; what is open is "
-                               "touched from its outer side, the one that u x v points to.",
+                               "A surface of NURBS faces. A closed one is a solid; an open one "
+                               "collides on its outer side, to which u x v points.",
                                kSurface, kSurfacePairs, kSurfaceNeeds};
-constinit const KeySet nurbs_face{"nurbs_face", "A face by knots and control points.", kNurbsFace,
-                                  kPointPairs, kPointNeeds};
+constinit const KeySet nurbs_face{"nurbs_face", "A face given by knots and control points.",
+                                  kNurbsFace, kPointPairs, kPointNeeds};
 constinit const KeySet plane_face{"plane_face", "A rectangle across z.", kPlaneFace};
 constinit const KeySet cylinder_face{"cylinder_face", "The side of a cylinder.", kCylinderFace};
 constinit const KeySet cone_face{"cone_face", "The side of a cone.", kConeFace};
 constinit const KeySet sphere_face{
     "sphere_face",
-    "A sphere. Alone in its surface, and not moved, it has no poles: it is six charts.",
+    "A sphere. If it is the only face and not transformed, it has no poles: it is six charts.",
     kSphereFace};
-constinit const KeySet ellipsoid_face{"ellipsoid_face", "An ellipsoid; of poles as a sphere.",
+constinit const KeySet ellipsoid_face{"ellipsoid_face", "An ellipsoid; poles as for a sphere.",
                                       kEllipsoidFace};
 constinit const KeySet torus_face{"torus_face", "A torus.", kTorusFace};
 constinit const KeySet revolution_face{
-    "revolution_face", "A curve turned about z; u is the angle, v runs along the curve.",
+    "revolution_face", "A surface of revolution about z; u is the angle, v runs along the curve.",
     kRevolutionFace};
 constinit const KeySet extrusion_face{
-    "extrusion_face", "A curve moved along a straight way; u runs along the curve, v the way.",
+    "extrusion_face", "An extruded curve; u runs along the curve, v along the extrusion.",
     kExtrusionFace};
 constinit const KeySet sweep_face{
-    "sweep_face", "A curve moved along a curve; u runs along the path, v along the section.",
+    "sweep_face", "A curve swept along a curve; u runs along the path, v along the section.",
     kSweepFace};
 constinit const KeySet interpolation_face{
-    "interpolation_face", "The surface through a grid of points.", kInterpolationFace};
-constinit const KeySet nurbs_curve{"nurbs_curve", "A curve by knots and control points.",
+    "interpolation_face", "The surface that interpolates a grid of points.", kInterpolationFace};
+constinit const KeySet nurbs_curve{"nurbs_curve", "A curve given by knots and control points.",
                                    kNurbsCurve, kPointPairs, kPointNeeds};
 constinit const KeySet line_curve{"line_curve", "A straight line.", kLineCurve};
-constinit const KeySet arc_curve{"arc_curve", "Part of a circle.", kArcCurve};
-constinit const KeySet circle_curve{"circle_curve", "A whole circle.", kCircleCurve};
-constinit const KeySet ellipse_curve{"ellipse_curve", "A whole ellipse.", kEllipseCurve};
-constinit const KeySet interpolation_curve{"interpolation_curve", "The curve through points.",
-                                           kInterpolationCurve};
+constinit const KeySet arc_curve{"arc_curve", "An arc of a circle.", kArcCurve};
+constinit const KeySet circle_curve{"circle_curve", "A full circle.", kCircleCurve};
+constinit const KeySet ellipse_curve{"ellipse_curve", "A full ellipse.", kEllipseCurve};
+constinit const KeySet interpolation_curve{
+    "interpolation_curve", "The curve that interpolates points.", kInterpolationCurve};
 constinit const KeySet outline_curve{
     "outline_curve", "A closed polygon with rounded corners: straight lines and arcs.",
     kOutlineCurve};
 constinit const KeySet joined_curve{
-    "joined_curve", "Curves one after the other; closed if the last ends where the first begins.",
+    "joined_curve", "Curves in sequence; closed if the last ends where the first begins.",
     kJoinedCurve};
 
 }  // namespace pantin::detail::keys

@@ -19,17 +19,16 @@ constexpr Range kContacts{1, kMostSpots, "a whole number from 1 to 8"};
 constexpr Key kSide[] = {
     needed_reference<&Side::body>("body", "the name of a body", "Name of a body, or \"world\"."),
     of_object("surface", ValueType::object_or_reference, "surface",
-              "The name of one of the scene's surfaces, a surface, or the path of a file of one. "
-              "Default: that of the body's first shape that is smooth: a sphere, an ellipsoid, the "
-              "side of a cylinder, a plane, a NURBS shape."),
+              "The name of one of the scene's surfaces, a surface, or the path of a surface file. "
+              "Default: that of the body's first smooth shape: a sphere, an ellipsoid, the side of "
+              "a cylinder, a plane, a NURBS shape."),
     of_object("curve", ValueType::object_or_reference, "curve",
-              "In place of a surface: the name of one of the scene's curves, or a curve. Outside "
-              "is outside a closed one, and right of the way of an open one. Two curves touch in "
-              "one plane; one that meets a surface is that of \"a\"."),
-    flag("inside_out", "Whether the outer side of the curve is its other one, as of a slot.")
-        .or_else(0),
+              "In place of a surface: the name of one of the scene's curves, or a curve. The outer "
+              "side is outside a closed curve, and right of an open one. Two curves lie in one "
+              "plane; of a curve and a surface the curve is on \"a\"."),
+    flag("inside_out", "Whether the outer side of the curve is flipped, as of a slot.").or_else(0),
     vector("position", "m",
-           "Where the frame of the surface or curve is in the body's own. Default: its origin.")
+           "Position of the frame of the surface or curve in the body's own. Default: its origin.")
         .or_else(0),
     kRotation,
     kRotationDeg,
@@ -39,43 +38,43 @@ constexpr Exclusive kSidePairs[] = {{"surface", "curve"}};
 
 constexpr Key kSurfaceJoint[] = {
     own_name<&J::name>("Default \"a-b\"."),
-    object<&J::a>("a", "surface_side", "One of the two.").needed("a body and its surface"),
-    object<&J::b>("b", "surface_side", "The other; the common normal is that of its surface.")
+    object<&J::a>("a", "surface_side", "The first body.").needed("a body and its surface"),
+    object<&J::b>("b", "surface_side", "The second body; the common normal is that of its surface.")
         .needed("a body and its surface"),
     word<&J::motion>("motion", kSurfaceMotions,
                      "sliding: without friction. rolling: without slip, free to spin about the "
-                     "common normal. rolling_without_spin: neither.")
+                     "common normal. rolling_without_spin: without slip or spin.")
         .or_else(0),
     flag<&J::lifts>(
         "unilateral",
-        "Whether they may come apart, and touch again. Default: they are held together.")
+        "Whether the contact may open and close. Default: the surfaces are held together.")
         .or_else(0),
     number<&J::friction>(
         "friction", "", kFriction,
-        "Coulomb's coefficient, of sliding or rolling: what slides until it rolls, and what rolls "
-        "until it slips. Default: sliding has none, rolling holds."),
+        "Coefficient of Coulomb friction, for sliding or rolling, with transitions between both. "
+        "Default: sliding has none, rolling never slips."),
     row<&J::contacts>("contacts", ValueType::whole, "",
-                      "Of a unilateral joint: at how many places at once they may touch, from 1 to "
-                      "8. Default: 1 for an ellipsoid and another or a plane, else 4.")
+                      "Of a unilateral joint: maximum number of simultaneous contact points, from "
+                      "1 to 8. Default: 1 for an ellipsoid and another or a plane, else 4.")
         .within(kContacts),
     word<&J::on_rim>(
         "on_rim", kOnRims,
-        "What happens where the contact leaves a surface over its rim, meets a place without a "
-        "normal, or the surfaces fit one another: stop the run, or release the joint for good.")
+        "Action where the contact leaves a surface over its rim, meets a point without a normal, "
+        "or the surfaces conform: stop the run, or release the joint for good.")
         .or_else(0),
 };
 
 }  // namespace
 
 constinit const KeySet keys::surface_side{"surface_side",
-                                          "A body and its surface. With a surface of its own it "
-                                          "may be moved; that of a shape is where the shape is.",
+                                          "A body and its surface. A surface given here may be "
+                                          "placed; that of a shape is where the shape is.",
                                           kSide, kSidePairs};
 constinit const KeySet keys::surface_joint{
     "surface_joint",
-    "Two bodies whose surfaces, or curves, touch in a point, slide or roll. They start where their "
-    "gap is smallest, which the solver closes. For the solver lagrangian; two curves of the plane "
-    "of x and y for planar, too.",
+    "Two bodies whose surfaces, or curves, touch in a point and slide or roll. They start where "
+    "their gap is smallest, which the solver closes. For the solver lagrangian; two curves in the "
+    "xy plane for planar, too.",
     kSurfaceJoint};
 
 bool read_members(const Reading& reading, const Reader& from, SurfaceSideRecipe& side) {
@@ -115,11 +114,11 @@ bool read_members(const Reading& reading, const Reader& from, SurfaceJointRecipe
   if (r.friction && r.motion == SurfaceMotion::rolling_without_spin)
     from.error("friction",
                "found a friction of \"rolling_without_spin\", expected the motion \"sliding\" or "
-               "\"rolling\": nothing bounds what holds the spin");
+               "\"rolling\": its spin torque is unlimited");
   if (r.contacts.value_or(1) > 1 && !r.lifts)
-    from.error("contacts",
-               "found several contacts of a joint that is held together, expected one, or "
-               "\"unilateral\": true");
+    from.error(
+        "contacts",
+        "found several contacts of a bilateral joint, expected one, or \"unilateral\": true");
   return is_whole;
 }
 

@@ -22,23 +22,24 @@ constexpr Key colour(Text name, const Range& range, Text about) {
 constexpr Key kSurface[] = {
     needed_name<&Material::name>(),
     colour<&Material::colour>("colour", kUnit, "Default a light grey.").once("color"),
-    number<&Material::roughness>("roughness", "", kUnit, "0 mirrors, 1 is chalk."),
+    number<&Material::roughness>("roughness", "", kUnit, "0 is a mirror, 1 is matt."),
     number<&Material::metallic>("metallic", "", kUnit, "0 or 1."),
 };
 
 constexpr Key kCamera[] = {
-    vector<&Camera::eye>("eye", "m", "Where it stands.").without_default(),
-    vector<&Camera::target>("target", "m", "What it looks at; not the eye.").without_default(),
+    vector<&Camera::eye>("eye", "m", "Position of the eye.").without_default(),
+    vector<&Camera::target>("target", "m", "Point that it looks at; not the eye.")
+        .without_default(),
     number<&Camera::field_of_view>("field_of_view_deg", "degrees", kOpening,
-                                   "From bottom to top. Default 40.1."),
+                                   "Vertical field of view. Default 40.1."),
     flag<&Camera::automatic>("automatic",
-                             "Frame the whole scene, looking the way eye and target say. Default: "
+                             "Fit the whole scene, in the direction from eye to target. Default: "
                              "true unless both are given.")
         .without_default(),
 };
 
 constexpr Key kLight[] = {
-    direction<&Light::direction>("direction", "The way the sun's light goes.").without_default(),
+    direction<&Light::direction>("direction", "Direction of the sunlight.").without_default(),
     colour<&Light::colour>("colour", kLit, "Of the sun.").once("color"),
     number<&Light::strength>("strength", "", kStrength, "Of the sun."),
     colour<&Light::sky>("sky", kLit, "Light from above."),
@@ -47,7 +48,7 @@ constexpr Key kLight[] = {
 
 constexpr Key kGround[] = {
     flag<&View::ground>("visible", "Draw it."),
-    number<&View::ground_height>("height", "m", kAnyNumber, "Where it lies."),
+    number<&View::ground_height>("height", "m", kAnyNumber, "Height of the ground."),
 };
 
 bool read_size(const RowValue& row, OutputDefaults& output) {

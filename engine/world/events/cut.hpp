@@ -10,7 +10,7 @@ struct CutEvent {
   Real at = 0;  // s
 
   static constexpr std::string_view name = "cut";
-  static constexpr std::string_view about = "A joint, cable, pin or gear is cut.";
+  static constexpr std::string_view about = "Removes a joint, cable, pin or gear.";
   static constexpr detail::EventNeed needs{
       "joint cable pin gear",
       "found no \"joint\", expected the name of a joint, or a \"cable\", \"pin\" or \"gear\""};

@@ -14,10 +14,11 @@ struct DriveEvent {
   Real over = 0;            // s, in which they change linearly
 
   static constexpr std::string_view name = "drive";
-  static constexpr std::string_view about = "A joint drive becomes stronger or weaker.";
+  static constexpr std::string_view about =
+      "Changes the stiffness, damping or maximum torque of a joint drive.";
   static constexpr detail::EventNeed needs{
       "stiffness damping max_torque",
-      "found no \"stiffness\", expected a stiffness, a damping or a greatest torque"};
+      "found no \"stiffness\", expected a stiffness, a damping or a maximum torque"};
 
   static void fields(auto& self, auto&& field) {
     field("joint", self.joint);
@@ -33,10 +34,10 @@ struct DriveEvent {
     key({"joint", "", "Name of a joint with a drive, or of a group of them.", reference,
          "the name of a joint"},
         self.joint);
-    key({"stiffness", "N m/rad", "Of its spring. Default: as before.", not_negative},
+    key({"stiffness", "N m/rad", "Of its spring. Default: unchanged.", not_negative},
         self.stiffness);
-    key({"damping", "N m s/rad", "Of its damper. Default: as before.", not_negative}, self.damping);
-    key({"max_torque", "N m", "Its most; 0 lets go. Default: as before.", not_negative},
+    key({"damping", "N m s/rad", "Of its damper. Default: unchanged.", not_negative}, self.damping);
+    key({"max_torque", "N m", "Maximum torque; 0 disables it. Default: unchanged.", not_negative},
         self.max_torque);
     key(kAt, self.at);
     key(kOver, self.over);

@@ -147,22 +147,21 @@ inline constexpr Real kNever = 1e300;
 /// Keys that several kinds share.
 namespace event_keys {
 
-inline constexpr EventKey kAt{"at", "s", "When: at the step boundary nearest to it.",
+inline constexpr EventKey kAt{"at", "s", "Time, rounded to the nearest step boundary.",
                               EventForm::moment, "a time in seconds"};
 inline constexpr EventKey kOver{.key = "over",
                                 .unit = "s",
-                                .about = "How long the change takes.",
+                                .about = "Duration of the change.",
                                 .form = EventForm::moment,
                                 .tells_default = true};
 inline constexpr EventKey kFrom{.key = "from",
                                 .unit = "s",
-                                .about = "When it begins.",
+                                .about = "Start time.",
                                 .form = EventForm::moment,
                                 .tells_default = true};
-inline constexpr EventKey kTo{"to", "s", "When it ends. Default: never.", EventForm::moment};
-inline constexpr EventKey kEvery{
-    "every", "s", "It starts again so long after it started, again and again. Default: once.",
-    EventForm::repeat};
+inline constexpr EventKey kTo{"to", "s", "End time. Default: never.", EventForm::moment};
+inline constexpr EventKey kEvery{"every", "s", "Period after which it starts again. Default: once.",
+                                 EventForm::repeat};
 inline constexpr EventKey kBody{"body", "", "A dynamic body.", EventForm::reference,
                                 "the name of a body"};
 inline constexpr EventKey kAnchor{

@@ -11,7 +11,7 @@ struct GravityEvent {
   Real over = 0;              // s, in which it changes linearly
 
   static constexpr std::string_view name = "gravity";
-  static constexpr std::string_view about = "Another gravity.";
+  static constexpr std::string_view about = "Changes gravity.";
 
   static void fields(auto& self, auto&& field) {
     field("gravity", self.gravity);
@@ -19,7 +19,7 @@ struct GravityEvent {
     field("over", self.over);
   }
   static void scene_keys(auto& self, auto&& key) {
-    key({"gravity", "m/s^2", "What all bodies fall with from now on.", detail::EventForm::vector,
+    key({"gravity", "m/s^2", "Acceleration of gravity from then on.", detail::EventForm::vector,
          "an acceleration in m/s^2"},
         self.gravity);
     key(detail::event_keys::kAt, self.at);

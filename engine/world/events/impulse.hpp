@@ -14,7 +14,7 @@ struct ImpulseEvent {
   Real every = 0;           // s, the period; 0: once
 
   static constexpr std::string_view name = "impulse";
-  static constexpr std::string_view about = "A blow at one moment.";
+  static constexpr std::string_view about = "An impulse at one instant.";
   static constexpr detail::EventNeed needs{
       "impulse angular_impulse", "found no \"impulse\", expected an impulse or an angular impulse"};
 

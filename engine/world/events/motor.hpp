@@ -12,10 +12,10 @@ struct MotorEvent {
   Real over = 0;          // s, in which the target changes linearly
 
   static constexpr std::string_view name = "motor";
-  static constexpr std::string_view about = "A motor gets another speed or place.";
+  static constexpr std::string_view about = "Changes the target velocity or position of a motor.";
   static constexpr detail::EventNeed needs{
       "velocity velocity_deg position position_deg gain damping cap",
-      "found no \"velocity\", expected the speed it keeps, or the \"position\" it goes to"};
+      "found no \"velocity\", expected a target rate, or a target \"position\""};
   static constexpr detail::EventPair pairs[] = {{"velocity", "position position_deg"},
                                                 {"velocity_deg", "position position_deg"}};
 
@@ -33,23 +33,24 @@ struct MotorEvent {
     key({"joint", "", "Name of a joint with a motor, or of a group of them.", reference,
          "the name of a joint"},
         self.joint);
-    key({"velocity", "rad/s", "The speed it keeps from now on; of a slide m/s.", number}, m.target);
+    key({"velocity", "rad/s", "Target rate from then on; m/s for a translation.", number},
+        m.target);
     key({.key = "velocity_deg",
          .unit = "degrees/s",
-         .about = "The same, of an angle.",
+         .about = "The same for an angle.",
          .form = degrees,
          .scale = kDegree},
         m.target);
-    key({"position", "rad", "Where it goes; of a slide m.", number}, m.target);
+    key({"position", "rad", "Target coordinate; m for a translation.", number}, m.target);
     key({.key = "position_deg",
          .unit = "degrees",
-         .about = "The same, of an angle.",
+         .about = "The same for an angle.",
          .form = degrees,
          .scale = kDegree},
         m.target);
-    key({"gain", "", "As of a motor. Default: as before.", positive}, m.gain);
-    key({"damping", "N m s/rad", "As of a motor. Default: as before.", not_negative}, m.damping);
-    key({"cap", "N m", "Its most; 0 turns it off. Default: as before.", not_negative}, m.cap);
+    key({"gain", "", "As for a motor. Default: unchanged.", positive}, m.gain);
+    key({"damping", "N m s/rad", "As for a motor. Default: unchanged.", not_negative}, m.damping);
+    key({"cap", "N m", "Maximum torque; 0 disables it. Default: unchanged.", not_negative}, m.cap);
     key(kAt, self.at);
     key(kOver, self.over);
   }

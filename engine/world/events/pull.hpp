@@ -17,8 +17,7 @@ struct PullEvent {
   Real over = 0;       // s
 
   static constexpr std::string_view name = "pull";
-  static constexpr std::string_view about =
-      "A hand that takes a point of a body, leads it to a place and lets go.";
+  static constexpr std::string_view about = "Pulls a point of a body to a target and releases it.";
   /// The default anchor in a scene file is the origin of the body's frame, not its mass centre.
   static constexpr bool anchors_at_origin = true;
 
@@ -36,14 +35,13 @@ struct PullEvent {
     using namespace detail::event_keys;
     using enum detail::EventForm;
     key(kBody, self.body);
-    key({"anchor", "m",
-         "Where the hand takes it, in the body's own frame. Default: at that frame's origin.",
+    key({"anchor", "m", "The pulled point, in the body's own frame. Default: its origin.",
          detail::EventForm::anchor},
         self.anchor);
-    key({"target", "m", "Where the hand leads it.", point, "the place it is led to"}, self.target);
+    key({"target", "m", "Target of the point.", point, "the target of the point"}, self.target);
     key({.key = "stiffness",
          .unit = "N/m",
-         .about = "Of a hand that gives way like a spring; 0: it gets there exactly.",
+         .about = "Of a compliant pull by a spring; 0: it reaches the target exactly.",
          .form = not_negative,
          .tells_default = true},
         self.stiffness);
@@ -54,9 +52,9 @@ struct PullEvent {
          .tells_default = true},
         self.damping);
     key(kFrom, self.from);
-    key({"to", "s", "When the hand lets go. Default: never.", moment}, self.to);
-    key({"over", "s", "How long the way takes, from rest to rest. Default: until it lets go, or 1.",
-         moment},
+    key({"to", "s", "Time of release. Default: never.", moment}, self.to);
+    key({"over", "s",
+         "Duration of the motion, from rest to rest. Default: until the release, or 1.", moment},
         self.over);
   }
 

@@ -16,7 +16,7 @@ struct PushEvent {
 
   static constexpr std::string_view name = "push";
   static constexpr std::string_view about =
-      "A force on a body, from a time to a time; a part of a step in proportion.";
+      "A force on a body between two times; a fraction of a step in proportion.";
   static constexpr detail::EventNeed needs{"force torque",
                                            "found no \"force\", expected a force or a torque"};
 

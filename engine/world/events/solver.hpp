@@ -10,14 +10,14 @@ struct SolverEvent {
   Real at = 0;  // s
 
   static constexpr std::string_view name = "solver";
-  static constexpr std::string_view about = "Another solver.";
+  static constexpr std::string_view about = "Changes the solver.";
 
   static void fields(auto& self, auto&& field) {
     field("solver", self.solver);
     field("at", self.at);
   }
   static void scene_keys(auto& self, auto&& key) {
-    key({"solver", "", "The solver of all bodies from now on; its settings stay.",
+    key({"solver", "", "The solver of all bodies from then on; settings are kept.",
          detail::EventForm::solver, "a solver"},
         self.solver);
     key(detail::event_keys::kAt, self.at);

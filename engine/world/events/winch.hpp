@@ -12,7 +12,7 @@ struct WinchEvent {
   Real over = 0;    // s
 
   static constexpr std::string_view name = "winch";
-  static constexpr std::string_view about = "A cable is taken in or let out.";
+  static constexpr std::string_view about = "Winds a cable in or out.";
 
   static void fields(auto& self, auto&& field) {
     field("cable", self.cable);
@@ -25,11 +25,11 @@ struct WinchEvent {
     using enum detail::EventForm;
     key({"cable", "", "Name of a cable, or of a group of them.", reference, "the name of a cable"},
         self.cable);
-    key({"length", "m", "How long it is then.", size, "a size from 1e-9 to 1e9 m"}, self.length);
+    key({"length", "m", "Its length afterwards.", size, "a size from 1e-9 to 1e9 m"}, self.length);
     key(kAt, self.at);
     key({.key = "over",
          .unit = "s",
-         .about = "How long it takes, from rest to rest.",
+         .about = "Duration, from rest to rest.",
          .form = moment,
          .tells_default = true},
         self.over);

@@ -18,7 +18,7 @@ struct WindEvent {
   Real every = 0;                   // s, the period; 0: once
 
   static constexpr std::string_view name = "wind";
-  static constexpr std::string_view about = "Air that moves, and takes bodies along by their drag.";
+  static constexpr std::string_view about = "Wind that acts on bodies by their drag.";
   static constexpr detail::EventNeed needs{
       "velocity gusts", "found no \"velocity\", expected the velocity of the air, or \"gusts\""};
 
@@ -38,34 +38,35 @@ struct WindEvent {
     using enum detail::EventForm;
     key({.key = "velocity",
          .unit = "m/s",
-         .about = "Of the air.",
+         .about = "Velocity of the air.",
          .form = vector,
          .tells_default = true},
         self.velocity);
     key({.key = "gusts",
          .unit = "m/s",
-         .about = "How much faster or slower gusts make it at most, along all axes or along each.",
+         .about = "Maximum velocity change by gusts, along all axes or along each.",
          .form = vector_or_number,
          .tells_default = true},
         self.gusts);
     key({.key = "gust_time",
          .unit = "s",
-         .about = "From one gust to the next.",
+         .about = "Time from one gust to the next.",
          .form = repeat,
          .tells_default = true},
         self.gust_time);
     key({.key = "seed",
-         .about = "Of the gusts: with the same seed the same ones, at any step length.",
+         .about = "Of the gusts: the same seed gives the same gusts, at any step length.",
          .form = whole,
          .tells_default = true},
         self.seed);
     key({"drag", "1/s",
-         "Rate at which the air takes bodies along, beside their own drag. Default: by their own "
-         "drag; what has none feels no wind.",
+         "Rate at which bodies approach the velocity of the air, beside their own drag. Default: "
+         "their own drag only; bodies without drag are not affected.",
          not_negative},
         self.drag);
     key({"bodies", "",
-         "Names of bodies, or of chains, instances and grids: all of theirs. Default: every body.",
+         "Names of bodies, or of chains, instances and grids: all their bodies. Default: every "
+         "body.",
          references},
         self.bodies);
     key(kFrom, self.from);

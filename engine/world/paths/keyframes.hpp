@@ -26,8 +26,8 @@ struct Keyframes {
 
   static constexpr std::string_view name = "keyframes";
   static constexpr std::string_view about =
-      "Poses the body passes through, times rising: Catmull-Rom in position, slerp in rotation. "
-      "Before the first and after the last it rests.";
+      "Poses in order of time: Catmull-Rom interpolation of position, slerp of rotation. The body "
+      "rests before the first and after the last.";
   static constexpr bool turns_smoothly = false;
 
   static void fields(auto& self, auto&& field) {

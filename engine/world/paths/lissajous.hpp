@@ -22,7 +22,7 @@ struct Lissajous {
 
   static constexpr std::string_view name = "lissajous";
   static constexpr std::string_view about =
-      "A Lissajous curve about a place: axis by axis amplitude sin(2 pi frequency t + phase).";
+      "A Lissajous curve about a centre: per axis amplitude sin(2 pi frequency t + phase).";
   static constexpr bool turns_smoothly = true;
 
   static void fields(auto& self, auto&& field) {
@@ -42,7 +42,7 @@ struct Lissajous {
     constexpr Real kDegree = kPi / 180;
     self.centre.position = Vec3(kLeftOpen);
     key({"centre", "m",
-         "Default: such that the curve passes at time 0 through where the body starts."},
+         "Default: such that the curve passes at time 0 through the initial position of the body."},
         self.centre.position);
     key({"amplitude", "m", "Along x, y and z. Default 0."}, self.amplitude);
     key({"frequency", "Hz", "Along x, y and z, or of all three. Default 0.", vector_or_number},
@@ -59,8 +59,7 @@ struct Lissajous {
          "turn_phase_deg"},
         self.turn_phase);
     key({"rise", "s",
-         "The motion grows from nothing during this time; the body then starts at the centre. "
-         "Default 0.",
+         "Time over which the motion grows from 0; the body then starts at the centre. Default 0.",
          not_negative},
         self.rise);
   }
