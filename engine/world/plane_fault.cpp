@@ -62,7 +62,7 @@ std::string link_fault(const Flat& flat, std::uint32_t slot) {
       if (std::string why = flat_fault(link.joint, *path, anchor); !why.empty())
         return "has a joint that " + why;
   if (flat.world.joint_drives.find(flat.world.links.owners()[slot]))
-    return "has a joint with a joint drive, which the planar solver does not know";
+    return "has a joint with a joint drive, which the planar solver does not support";
   for (const Feature f : features_of(link.joint))
     if (!knows(Solver::planar, f))
       return std::string("has a joint with ") + name_of(f) +
@@ -77,7 +77,7 @@ std::string tie_fault(const Flat& flat) {
     const bool runs_over = std::any_of(c.guides.begin(), c.guides.end(),
                                        [&](const CableGuide& g) { return flat.is_own(g.body); });
     if (runs_over || flat.is_own(c.a) || flat.is_own(c.b))
-      return "hangs on a cable, which the planar solver does not know";
+      return "hangs on a cable, which the planar solver does not support";
   }
   for (const SurfaceContact& c : w.surface_contacts.values())
     if (flat.is_own(c.a) || flat.is_own(c.b)) {
@@ -88,7 +88,7 @@ std::string tie_fault(const Flat& flat) {
     }
   for (const Pin& p : w.pins.values())
     if (flat.is_own(p.body) && p.kind != PinKind::exact)
-      return "hangs on a spring pin, which the planar solver does not know";
+      return "hangs on a spring pin, which the planar solver does not support";
   return {};
 }
 

@@ -162,7 +162,7 @@ std::optional<AxesRecipe> read_axes(const Reader& from, const std::string& suffi
   if (!from.has(across)) return axes;
   axes.across = from.direction(across, Vec3(0, 1, 0));
   if (glm::length(glm::cross(axes.axis, *axes.across)) > 1e-6) return axes;
-  from.error_value(across, "a direction that is not that of \"" + axis + "\"");
+  from.error_value(across, "a direction not parallel to \"" + axis + "\"");
   axes.across.reset();
   return axes;
 }

@@ -30,7 +30,7 @@ enum class Why : std::uint8_t {
   zeno
 };
 constexpr Why last_of(Why) { return Why::zeno; }
-/// A clause: "no motion keeps it out of the fingers".
+/// A clause: "every motion penetrates a finger".
 const char* word_for(Why why);
 
 struct IslandScratch {
