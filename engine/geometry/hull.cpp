@@ -255,7 +255,7 @@ Result<std::shared_ptr<const Surface>> make_hull(std::span<const Vec3> points) {
       1e-10 * glm::max(glm::length(wide), 1e-3 * glm::length(bounds.high + bounds.low));
   Quickhull hull(points, flat);
   if (!hull.start())
-    return Error{"hull has no volume: its points lie in a plane, on a line or in one place"};
+    return Error{"hull has no volume: its points are coplanar, collinear or coincident"};
   if (!hull.grow())
     return Error{"hull has more than " + std::to_string(kMostRaised) +
                  " corners, expected at most 256: give fewer points"};
@@ -266,7 +266,7 @@ Result<std::shared_ptr<const Surface>> make_hull(std::span<const Vec3> points) {
                  " corners, expected at most 256: give fewer points"};
   // The faces of a very thin hull merge.
   if (s->points.size() < 4 || s->faces.size() < 4)
-    return Error{"hull is too thin: beside its length, its sides lie in a plane to rounding"};
+    return Error{"hull is too thin: relative to its length, its sides are coplanar to rounding"};
   bounds = Aabb{};
   for (Vec3 p : s->points) bounds.add(p);
   s->low = bounds.low, s->high = bounds.high;

@@ -240,8 +240,7 @@ Result<std::shared_ptr<const Surface>> make_skin(std::shared_ptr<const Skin> ski
   auto model = std::make_shared<SkinModel>(model_of(*skin));
   surface->low = model->low, surface->high = model->high;
   if (model->is_closed && !(model->enclosed.mass > 0))
-    return Error{
-        "found a closed skin whose outer side is inside, expected its faces the other way"};
+    return Error{"found a closed skin whose outer side faces inwards, expected its faces flipped"};
   surface->skin = std::move(skin), surface->model = std::move(model);
   return std::shared_ptr<const Surface>(std::move(surface));
 }

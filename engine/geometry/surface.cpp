@@ -86,7 +86,7 @@ std::vector<Error> check_edges(std::span<const HalfEdge> edges) {
     else if (edges[i].forward == edges[i + 1].forward)
       errors.push_back({where + " runs the same way in triangle " +
                         std::to_string(edges[i + 1].triangle) +
-                        ", expected opposite ways: one of them is turned inside out"});
+                        ", expected opposite ways: one of them has the wrong orientation"});
     i = end;
   }
   return errors;
@@ -273,7 +273,7 @@ Result<std::shared_ptr<const Surface>> make_mesh(std::span<const Vec3> points,
   const Real inside = enclosed_volume(*s);
   if (!(inside > 0)) {
     std::ostringstream out;
-    out << "mesh is turned inside out: it encloses " << inside
+    out << "mesh is inside out: it encloses " << inside
         << " m^3; expected corners anticlockwise seen from outside";
     return Error{out.str()};
   }

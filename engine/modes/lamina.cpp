@@ -42,8 +42,7 @@ Result<Done> check(const Lamina& lamina) {
   if (!pantin::is_finite(lamina.load))
     errors.push_back({"load is not finite"});
   else if (lamina.load == Vec3(0))
-    errors.push_back(
-        {"load is 0: without one any mode that the fingers allow holds without force"});
+    errors.push_back({"load is 0: without a load every admissible mode holds with zero force"});
   if (!errors.empty()) return errors;
   return Done{};
 }

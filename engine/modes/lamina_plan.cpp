@@ -87,16 +87,16 @@ LaminaFinding check_outline(std::vector<Vec2>& corners) {
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t next = (i + 1) % count;
     if (!(length(corners[next] - corners[i]) > kTouch * size))
-      return LaminaFault{corner, next, "the corner before again", "another"};
+      return LaminaFault{corner, next, "the previous corner again", "another"};
   }
   if (const auto pair = modes::crossing(corners))
     return LaminaFault{outline, 0,
                        "edges from corners " + std::to_string(pair->first) + " and " +
-                           std::to_string(pair->second) + " that meet",
+                           std::to_string(pair->second) + " that intersect",
                        "none that do"};
   const Real area = modes::area(corners);
   if (std::abs(area) <= kLeastArea * size * size)
-    return LaminaFault{outline, 0, "corners on one line", "an outline around some area"};
+    return LaminaFault{outline, 0, "corners on one line", "an outline that encloses an area"};
   if (area < 0) std::reverse(corners.begin(), corners.end());
   return std::nullopt;
 }
@@ -144,8 +144,8 @@ std::vector<LaminaFault> repeated(const LaminaPlan& lamina, const FingerPlan& fi
 LaminaFinding check_load(const LaminaPlan& lamina) {
   if (lamina.load() != Vec3(0)) return std::nullopt;
   return LaminaFault{load, 0, "no load",
-                     "a \"force\", a \"torque\" or weight: without one all that the fingers allow "
-                     "holds without force"};
+                     "a \"force\", a \"torque\" or weight: without a load every admissible mode "
+                     "holds with zero force"};
 }
 
 }  // namespace pantin::detail

@@ -82,8 +82,8 @@ void look_at_multiplicities(const Knots& k, Complaints& to) {
     const int times = k.multiplicity(t),
               most = k.low() < t && t < k.high() ? k.degree : k.degree + 1;
     if (times > most)
-      to.add("knot " + text_of(t) + " is there " + std::to_string(times) +
-             " times, expected at most " + std::to_string(most));
+      to.add("knot " + text_of(t) + " has multiplicity " + std::to_string(times) +
+             ", expected at most " + std::to_string(most));
     i += static_cast<std::size_t>(times);
   }
 }

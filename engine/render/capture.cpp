@@ -90,7 +90,7 @@ class ThreadedCapture final : public Capture {
     const bool is_gif = options_.gif_path.ends_with(".gif");
     if (options_.video_path.ends_with(".gif"))
       return Error{options_.video_path + ": the name of a video ends in .mp4 or .mkv; for a GIF " +
-                   "there is an option of its own"};
+                   "use its own option"};
     if (!options_.gif_path.empty() && !is_gif)
       return Error{options_.gif_path + ": the name of a GIF ends in .gif"};
     for (const std::string& path : {options_.video_path, options_.gif_path})

@@ -287,7 +287,7 @@ namespace {
 void name_contacts(const World& world, std::vector<LegendEntry>& entries) {
   if (world.collisions.empty() && contacts_of(world).empty()) return;
   entries.push_back({linear(ink::kContact), "dot, line: contact and its force"});
-  entries.push_back({linear(ink::kSlide), "cross on a dot: slides"});
+  entries.push_back({linear(ink::kSlide), "cross on a dot: sliding contact"});
   entries.push_back({linear(ink::kNear), "small dot: about to touch"});
 }
 
@@ -296,7 +296,7 @@ void name_contacts(const World& world, std::vector<LegendEntry>& entries) {
 std::vector<LegendEntry> forces_legend(const World& world) {
   std::vector<LegendEntry> entries;
   if (!world.links.empty() || !world.cables.empty() || !world.pins.empty())
-    entries.push_back({linear(ink::kForce), "arrow: force of a joint, string or pin"});
+    entries.push_back({linear(ink::kForce), "arrow: force of a joint, cable or pin"});
   name_contacts(world, entries);
   return entries;
 }
@@ -324,19 +324,19 @@ std::vector<LegendEntry> overlay_legend(const World& world) {
   };
   if (!world.links.empty()) name(ink::kJoint, "ring: joint");
   if (axes) name(ink::kHinge, "line: hinge axis");
-  if (slides) name(ink::kTie, "line: slides along it");
-  if (rods) name(ink::kTie, "line: distance kept");
+  if (slides) name(ink::kTie, "line: axis of translation");
+  if (rods) name(ink::kTie, "line: constant distance");
   if (springs) name(ink::kTie, "zigzag: spring");
   if (ranges) name(ink::kRange, "fan, arc: range of a joint");
   if (locks) name(ink::kLocked, "square: locked");
-  if (!world.cables.empty()) name(ink::kSlack, "curve: slack string");
+  if (!world.cables.empty()) name(ink::kSlack, "curve: slack cable");
   if (!world.surface_contacts.empty()) {
-    name(ink::kContact, "plane, line: surfaces touch, their normal");
-    name(ink::kTrailA, "curve: where the contact went on a");
-    name(ink::kTrailB, "curve: where it went on b");
+    name(ink::kContact, "plane, line: surface contact, its normal");
+    name(ink::kTrailA, "curve: path of the contact on a");
+    name(ink::kTrailB, "curve: path of the contact on b");
   }
   if (!world.pins.empty()) name(ink::kPin, "cross: pin");
-  if (!world.joint_drives.empty()) name(ink::kMuscle, "arrow: muscle at work");
+  if (!world.joint_drives.empty()) name(ink::kMuscle, "arrow: torque of a joint drive");
   name_contacts(world, entries);
   std::string red;
   const auto warn = [&](const char* text) {
@@ -344,7 +344,7 @@ std::vector<LegendEntry> overlay_legend(const World& world) {
   };
   if (stops) warn("at a stop");
   if (!world.pins.empty()) warn("out of reach");
-  if (!world.joint_drives.empty()) warn("at full strength");
+  if (!world.joint_drives.empty()) warn("at maximum torque");
   if (!red.empty()) name(ink::kWarning, red);
   return entries;
 }

@@ -99,7 +99,7 @@ TEST_CASE("meshes that are open, twisted, flat or inside out are refused by name
   CHECK(complains(make_mesh(kCube, t), "mesh is not closed"));
   t = kCubeSides;
   std::swap(t[4][0], t[4][1]);
-  CHECK(complains(make_mesh(kCube, t), "turned inside out"));
+  CHECK(complains(make_mesh(kCube, t), "has the wrong orientation"));
   t = kCubeSides;
   t.push_back(t[0]);
   CHECK(complains(make_mesh(kCube, t), "belongs to 3 triangles"));
@@ -111,7 +111,7 @@ TEST_CASE("meshes that are open, twisted, flat or inside out are refused by name
   CHECK(complains(make_mesh(kCube, t), "triangle 7 has no area"));
   t = kCubeSides;
   for (Triangle& each : t) std::swap(each[0], each[1]);
-  CHECK(complains(make_mesh(kCube, t), "mesh is turned inside out"));
+  CHECK(complains(make_mesh(kCube, t), "mesh is inside out"));
   std::vector<Vec3> wrong = kCube;
   wrong[2].x = std::numeric_limits<Real>::infinity();
   CHECK(complains(make_mesh(wrong, kCubeSides), "point 2"));

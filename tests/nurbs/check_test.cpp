@@ -73,7 +73,7 @@ TEST_CASE("bad input is told with surface, direction, knot and what was expected
   CHECK(errors_of(c, "rail")[0].message ==
         "rail: found 10 knots for 5 control points of degree 3, expected 9");
   c = random_curve(1, 4, dice), c.knots.values = {0, 0, 0.5, 0.5, 1, 1};
-  CHECK(errors_of(c, "rail")[0].message == "rail: knot 0.5 is there 2 times, expected at most 1");
+  CHECK(errors_of(c, "rail")[0].message == "rail: knot 0.5 has multiplicity 2, expected at most 1");
   c = circle({}, 1), c.points.back() = {Vec3(1, 0.5, 0), 1};
   CHECK(errors_of(c, "ring")[0].message == "ring: is periodic, but its ends are 0.5 m apart");
 }

@@ -112,8 +112,8 @@ class Answers(Folder):
             self.assertEqual(done.returncode, 0, done.stderr)
             return done.stdout
         words = tell([0.2, 0.1])
-        self.assertIn("one motion holds, in which a finger may bear or not: a tie", words)
-        self.assertRegex(words, "twin +bears nothing, stays")
+        self.assertIn("one motion holds, in which a finger may carry force or not: a tie", words)
+        self.assertRegex(words, "twin +no force, stays in contact")
         self.assertNotIn("separates at", words)
         mode = json.loads(tell([0.2, 0.1], "--json"))["modes"][0]
         self.assertTrue(mode["break_tie"])
@@ -219,7 +219,7 @@ class Motions(Folder):
             for finger in scene["laminas"][0]["fingers"]:
                 finger["velocity"] = [40 * v for v in finger["velocity"]]
         first = self.parted(faster)[0]
-        self.assertIn("they part at", first["words"])
+        self.assertIn("they diverge at", first["words"])
         self.assertIn("inertia reaches", first["words"])
         sizes = [b["size"] / b["bound"] for b in first["breaches"]]
         self.assertEqual(sizes, sorted(sizes, reverse=True))
@@ -331,14 +331,14 @@ class Refusals(Folder):
         path.write_text(json.dumps({"version": 1, "laminas": [rod]}))
         done = pantin("modes", path, "--at", "0.1")
         self.assertEqual((done.returncode, done.stdout), (1, ""))
-        self.assertIn('lamina "rod": found no finger that touches it at 0.1 s, expected one: '
-                      "without contacts it has no modes (dynamics: ", done.stderr)
+        self.assertIn('lamina "rod": found no finger in contact at 0.1 s, expected one: '
+                      "without contacts there are no modes (dynamics: ", done.stderr)
         rod["fingers"] = rod["fingers"][1:]
         path.write_text(json.dumps({"version": 1, "laminas": [rod]}))
         for more in ([], ["--json"], ["--advise"], ["--uncertain"], ["--map", "mu1,mu2"]):
             done = pantin("modes", path, *more)
             self.assertEqual((done.returncode, done.stdout), (1, ""), more)
-            self.assertIn("touches it at 0 s", done.stderr)
+            self.assertIn("in contact at 0 s", done.stderr)
 
     def test_laminas_have_no_mirror_image_and_no_prefab(self):
         rod = {"name": "rod_l", "outline": [[-0.6, 0], [0.6, 0], [0.6, 0.02], [-0.6, 0.02]],

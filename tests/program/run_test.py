@@ -129,7 +129,7 @@ class Run(unittest.TestCase):
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertFalse(record.exists())
             # At the first of them, as every complaint about a scene.
-            place = re.escape(str(scene)) + r":1:\d+: /joints/0: found joints that contradict"
+            place = re.escape(str(scene)) + r":1:\d+: /joints/0: found inconsistent joints"
             self.assertRegex(done.stderr, place)
             for word in ("p, q stay open by up to 0.", "expected"):
                 self.assertIn(word, done.stderr)
@@ -192,7 +192,7 @@ class Run(unittest.TestCase):
         done = pantin("run", CHAIN, "--duration", 0.1, "--json", "--solver", "paper")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(json.loads(done.stdout)["solver"], "procedural")
-        self.assertIn('warning: --solver: "paper" is now called "procedural" today',
+        self.assertIn('warning: --solver: "paper" is now called "procedural"',
                       done.stderr.splitlines())
 
     def test_a_record_changes_nothing(self):
@@ -257,8 +257,8 @@ class Run(unittest.TestCase):
                 with self.subTest(command=command, option=option):
                     done = pantin(command, CHAIN, option, value)
                     self.assertEqual(done.returncode, 2)
-                    self.assertEqual(done.stderr, f"{CHAIN}: found {option}, expected a scene that "
-                                     'the solver "lagrangian" moves; add --solver lagrangian\n')
+                    self.assertEqual(done.stderr, f"{CHAIN}: found {option}, expected a scene "
+                                     'solved by "lagrangian"; add --solver lagrangian\n')
         self.assert_refused(pantin("run", CHAIN, "--solver", "lagrangian", "--integrator", "euler",
                                    "--tolerance", "1e-6"), "--tolerance", '"euler"', 'rk4 or radau only')
         for option, value in (("--integrator", "rk5"), ("--tolerance", "0"), ("--tolerance", "-1"),

@@ -249,7 +249,7 @@ class Frames(View):
         done = self.call(self.scene, "--script", self.write("e.json", []), "--frames",
                          self.scene / "frames")
         self.assertEqual(done.returncode, 4)
-        self.assertIn("expected one for frames", done.stderr)
+        self.assertIn("expected a folder for frames", done.stderr)
 
 
 class Refusals(View):

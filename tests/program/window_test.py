@@ -132,7 +132,7 @@ class Window(view_test.View):
         self.write("scene.json", '{"version": 1, "bodis": []}')
         told("bodis")
         self.write("scene.json", SCENE | {"title": "Mended"})
-        told("read again")
+        told("reloaded")
         run.send_signal(signal.SIGINT)
         out, _ = run.communicate(timeout=60)
         self.assertEqual(run.returncode, 130)

@@ -297,14 +297,15 @@ TEST_CASE("the legend names the marks that the world can show, and no others") {
   CHECK(overlay_legend(empty).empty());
   Stage s(hinge(0, 1), kIdentity);
   for (const char* word : {"joint", "hinge", "range", "stop"}) CHECK(names(s.world, word));
-  for (const char* word : {"pin", "muscle", "contact", "locked"}) CHECK_FALSE(names(s.world, word));
-  for (const char* word : {"slides along", "distance", "spring"}) CHECK_FALSE(names(s.world, word));
+  for (const char* word : {"pin", "drive", "contact", "locked"}) CHECK_FALSE(names(s.world, word));
+  for (const char* word : {"translation", "distance", "spring"}) CHECK_FALSE(names(s.world, word));
   Joint& joint = s.world.links.find(s.link)->joint;
   joint.kind = JointKind::prismatic;
-  CHECK(names(s.world, "slides along"));
+  CHECK(names(s.world, "translation"));
   joint.kind = JointKind::spring;
   CHECK(names(s.world, "spring"));
   s.world.joint_drives.add(s.link, {});
   s.world.collisions.add(s.world.bodies.owners()[0], {});
-  for (const char* word : {"muscle", "strength", "contact", "slides"}) CHECK(names(s.world, word));
+  for (const char* word : {"drive", "maximum torque", "contact", "sliding"})
+    CHECK(names(s.world, word));
 }

@@ -228,9 +228,8 @@ TEST_CASE("Shapes without volume are refused") {
         Lines{"t.json:2:38: /bodies/0/shape/size/1: found 0, expected a size from 1e-9 to 1e9 m"});
   CHECK(
       with_moving(R"("shape": {"type": "hull", "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, )"
-                  R"(0]]})") ==
-      Lines{"t.json:2:10: /bodies/0/shape: hull has no volume: its points lie in a plane, on a "
-            "line or in one place"});
+                  R"(0]]})") == Lines{"t.json:2:10: /bodies/0/shape: hull has no volume: its "
+                                      "points are coplanar, collinear or coincident"});
   CHECK(with_moving(R"("shape": {"type": "hull"})") ==
         Lines{"t.json:2:10: /bodies/0/shape: found no \"points\", expected four points or more, "
               "or a \"file\""});

@@ -369,6 +369,6 @@ TEST_CASE("surfaces that may lift off and never touch in one point are warned of
   const Lines line = warnings(
       R"({"type": "cylinder", "radius": 0.1, "height": 0.3, "position": [0, 0, -0.15]})", kLifts);
   REQUIRE(line.size() == 1);
-  CHECK(line[0].find("fit one another") != std::string::npos);
+  CHECK(line[0].find("the surfaces conform") != std::string::npos);
   CHECK(warnings(R"({"type": "torus", "radius": 0.1, "tube": 0.04})", kLifts).empty());
 }

@@ -115,7 +115,7 @@ TEST_CASE("surfaces by name and inline are placed and turned inside out", "[surf
   const Lines told = diagnostics(
       with_faces(R"({"type": "torus", "radius": 1, "tube": 0.25})", R"(, "inside_out": true)"));
   REQUIRE(told.size() == 1);
-  CHECK(told[0].find("outer side is inside") != std::string::npos);
+  CHECK(told[0].find("outer side faces inwards") != std::string::npos);
 }
 
 TEST_CASE("bad surfaces are refused with surface, knot and place", "[surfaces]") {

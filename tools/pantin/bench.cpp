@@ -266,8 +266,8 @@ int bench(const BenchChoices& c) {
 }
 
 constexpr const char* kExamples =
-    R"(Times the steps of each scene without drawing, by the CPU time of the process; accuracy, energy and
-stages are measured in a pass of their own. No speed without its drift.
+    R"(Measures the CPU time of the steps of each scene, without drawing; accuracy, energy and stages
+are measured in a separate pass. Each speed is printed with its drift.
 
 Examples:
   pantin bench assets/scenes/chain.json assets/scenes/marionette.json
@@ -289,11 +289,12 @@ Exit codes: 0 ok, 2 usage or bad input, 3 diverged, 4 could not write, 130 inter
 
 void add_bench(CommandLine& program) {
   auto c = std::make_shared<BenchChoices>();
-  const Subcommand command = program.add("bench", "Times the steps of scenes, drift beside");
+  const Subcommand command =
+      program.add("bench", "Measures step times of scenes, with their drift");
   command.option("scene", c->scenes, "scene files").required().type(kSceneType);
   add_scene_choices(command, c->how);
   add_threads(command, c->threads);
-  command.option("--repeat", c->repeat, "times each scene is run").within(1, 1000);
+  command.option("--repeat", c->repeat, "number of runs of each scene").within(1, 1000);
   command.option("--csv", c->csv, "CSV file for the rows").type(kFileType);
   command.flag("--json", c->json, "print one JSON object instead of a table");
   command.footer(kExamples);

@@ -110,12 +110,12 @@ std::vector<std::string> stiff_joints(const Scene& scene) {
   for (std::size_t i = 0; i < lagrangian::islands_of(world).size(); ++i)
     if (const Entity joint =
             lagrangian::too_stiff_joint(world, i, scene.step / std::max(1, scene.substeps)))
-      found.push_back(fmt::format(
-          "joint {}: its spring, damper or motor is too stiff for what it moves; {} cannot take "
-          "steps of {:.3g} s with it, and Euler's method takes them. \"integrator\": \"radau\" "
-          "follows it",
-          world.name_of(joint), name_of(lagrangian::islands_of(world)[i].settings.integrator),
-          scene.step));
+      found.push_back(
+          fmt::format("joint {}: its spring, damper or motor is too stiff for the moved mass; {} "
+                      "cannot take steps of {:.3g} s with it, and Euler's method takes them. "
+                      "\"integrator\": \"radau\" follows it",
+                      world.name_of(joint),
+                      name_of(lagrangian::islands_of(world)[i].settings.integrator), scene.step));
   return found;
 }
 
@@ -137,7 +137,7 @@ std::string step_through(const Scene& scene, Json& j) {
       return fmt::format("contact lost at {:.6g} s: {}", report.time,
                          words_of_lost_contact(sim.world, report));
     if (report.status == Status::energy_grew)
-      return fmt::format("energy grew severalfold by itself at {:.6g} s: body {}", report.time,
+      return fmt::format("energy grew severalfold without work at {:.6g} s: body {}", report.time,
                          sim.world.name_of(report.body));
     worst = std::max(worst, report.measures.worst_gap_rel);
     if (worst > scene.drift_bound)
@@ -185,18 +185,16 @@ Finding look_at(const std::string& path, const CheckChoices& c) {
   j["start_gap_m"] = measure(world).worst_gap;
   for (const Entity joint : freedoms.stuck)
     scene->warnings.push_back(
-        fmt::format("{}: joint {} has a motor, but the joints of its mechanism leave no freedom: "
-                    "an axis that is "
-                    "askew to the others locks it",
+        fmt::format("{}: joint {} has a motor, but its mechanism has no degree of freedom: an axis "
+                    "that is not parallel to the others locks it",
                     path, world.name_of(joint)));
   if (!c.json) print_warnings(*scene);
   std::string failure = step_through(*scene, j);
   const int steps = j.value("steps", kSteps);
   if (steps < kSteps)
-    print_error(
-        fmt::format("warning: {}: took {} of {} steps in {:g} s of CPU time; the rest is "
-                    "not looked at",
-                    path, steps, kSteps, kMostSeconds));
+    print_error(fmt::format(
+        "warning: {}: took {} of {} steps in {:g} s of CPU time; the rest is not checked", path,
+        steps, kSteps, kMostSeconds));
   for (const StructureFault& f : partition_of(world).faults)
     if (failure.empty() && !f.is_minor)
       failure = fmt::format("{} {}", world.name_of(f.link), f.reason);
@@ -248,10 +246,10 @@ int check(const CheckChoices& c) {
 }
 
 constexpr const char* kExamples =
-    R"(Loads each scene, tells what is in it and what looks wrong, and takes 60 steps: every number
-finite, joints within the scene's drift_bound (by default what is promised: 1e-12 of the size, 1e-5 where joints of
-auto close loops), a copy made on the way ending in the same bits. A scene
-that is too much for this machine is stepped for 5 s of CPU time, with a warning.
+    R"(Loads each scene, reports its contents and warnings, and takes 60 steps. Every number must be
+finite, joint gaps within the scene's drift_bound (by default 1e-12 of the size, 1e-5 where joints
+of auto close loops), and a copy made during the run must end in the same bits. A scene that is too
+large for this machine is stepped for 5 s of CPU time, with a warning.
 
 Examples:
   pantin check assets/scenes/marionette.json
@@ -268,7 +266,7 @@ Exit codes: 0 ok, 2 usage or bad input, 3 a check failed.)";
 
 void add_check(CommandLine& program) {
   auto c = std::make_shared<CheckChoices>();
-  const Subcommand command = program.add("check", "Looks scenes over and tries their first steps");
+  const Subcommand command = program.add("check", "Checks scenes and their first steps");
   command.option("scene", c->scenes, "scene files").required().type(kSceneType);
   add_scene_choices(command, c->how);
   command.flag("--json", c->json, "print one JSON object instead of text");

@@ -234,7 +234,7 @@ std::string fish_script(const std::vector<Command>& commands) {
 }
 
 constexpr const char* kExamples =
-    R"help(Writes what a shell needs to complete commands, options, their values and scene files.
+    R"help(Writes a shell script that completes commands, options, their values and scene files.
 `cmake --install` puts it where shells look for it; by hand:
 
 Examples:
@@ -242,7 +242,7 @@ Examples:
   pantin completion zsh > out/_pantin
   pantin completion fish > out/pantin.fish
 
-Or have the shell ask at its start: "source <(pantin completion bash)" in ~/.bashrc, the same of zsh
+Or load it when the shell starts: "source <(pantin completion bash)" in ~/.bashrc, the same of zsh
 in ~/.zshrc after compinit, "pantin completion fish | source" in ~/.config/fish/config.fish.
 
 Exit codes: 0 ok, 2 usage.)help";
@@ -251,9 +251,8 @@ Exit codes: 0 ok, 2 usage.)help";
 
 void add_completion(CommandLine& program) {
   auto shell = std::make_shared<std::string>();
-  const Subcommand command =
-      program.add("completion", "Prints a script by which a shell completes");
-  command.option("shell", *shell, "which one").required().one_of({"bash", "zsh", "fish"});
+  const Subcommand command = program.add("completion", "Prints a shell completion script");
+  command.option("shell", *shell, "the shell").required().one_of({"bash", "zsh", "fish"});
   command.footer(kExamples);
   command.runs([shell, &program] {
     const std::vector<Command> commands = program.described();

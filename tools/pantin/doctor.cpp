@@ -137,10 +137,10 @@ void print_gl(const Json& gl) {
   if (chosen["works"].get<bool>()) {
     fmt::print("  pictures    by {}: {}, OpenGL {}\n", chosen["path"].get<std::string>(),
                chosen["renderer"].get<std::string>(), chosen["version"].get<std::string>());
-    fmt::print("              {} samples a pixel, letters of {}\n", chosen["samples"].get<int>(),
+    fmt::print("              {} samples per pixel, font {}\n", chosen["samples"].get<int>(),
                chosen["font"].get<std::string>());
   } else {
-    fmt::print("  pictures    none: no way to OpenGL works; scenes run without\n");
+    fmt::print("  pictures    none: no OpenGL context could be created; scenes run without\n");
   }
   for (const char* path : {"surfaceless", "device", "osmesa"}) {
     const Json& g = gl[path];
@@ -163,7 +163,7 @@ void print_findings(const Json& j) {
   print_gl(j["gl"]);
   const Json& ffmpeg = j["ffmpeg"];
   if (!ffmpeg["found"].get<bool>())
-    fmt::print("  video       none: ffmpeg is not there; frames can still be written\n");
+    fmt::print("  video       none: ffmpeg was not found; frames can still be written\n");
   else
     fmt::print("  video       {}{}\n", ffmpeg["version"].get<std::string>(),
                ffmpeg["x264"].get<bool>() ? "" : "; without the encoder libx264 it needs");
@@ -182,8 +182,8 @@ void print_findings(const Json& j) {
 }
 
 constexpr const char* kExamples =
-    R"(Tells which way to OpenGL is taken and why the others are not, which versions and codecs are there,
-and what this build leaves out.
+    R"(Reports which OpenGL context is used and why others are not, the versions and codecs found, and
+what this build leaves out.
 
 Examples:
   pantin doctor
@@ -195,7 +195,7 @@ Exit codes: 0 ok, 2 usage.)";
 
 void add_doctor(CommandLine& program) {
   auto json = std::make_shared<bool>(false);
-  const Subcommand command = program.add("doctor", "Tells what works on this machine");
+  const Subcommand command = program.add("doctor", "Reports what works on this machine");
   command.flag("--json", *json, "print one JSON object instead of text");
   command.footer(kExamples);
   command.runs([json] {

@@ -16,16 +16,14 @@ struct Variable {
 };
 /// Environment variables of the program; the README lists the same.
 constexpr Variable kEnvironment[] = {
-    {"PANTIN_GL",
-     "way to OpenGL, as for --gl, where an option does not say it: surfaceless, device "
-     "or osmesa"},
+    {"PANTIN_GL", "OpenGL context if --gl does not give it: surfaceless, device or osmesa"},
     {"PANTIN_KERNELS",
-     "instruction set of the inner loops: baseline, avx2 or avx512; by default the best "
-     "that the processor has. The numbers are the same"},
-    {"NO_COLOR", "set: no bold letters"},
+     "instruction set of the inner loops: baseline, avx2 or avx512; by default the best of the "
+     "processor. The results are the same"},
+    {"NO_COLOR", "set: no bold text"},
     {"DISPLAY, WAYLAND_DISPLAY", "the display for the window of pantin view"},
-    {"SDL_VIDEODRIVER", "SDL's way to it; \"dummy\" for a window that nobody sees"},
-    {"PATH", "where ffmpeg is looked for, for --video and --gif"},
+    {"SDL_VIDEODRIVER", "SDL's video driver; \"dummy\" for an invisible window"},
+    {"PATH", "searched for ffmpeg, for --video and --gif"},
 };
 
 /// Escapes a line of text for roff.
@@ -120,7 +118,7 @@ void add_help(CommandLine& program) {
   std::vector<std::string> names = program.names();
   names.insert(names.begin(), "help");
   const Subcommand command = program.add("help", "Prints this help, or that of a command");
-  command.option("command", choices->command, "which one").one_of(names);
+  command.option("command", choices->command, "the command").one_of(names);
   command.flag("--man", choices->man, "print the manual page, in roff");
   command.footer(kExamples);
   command.runs([choices, &program] {

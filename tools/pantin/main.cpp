@@ -38,7 +38,7 @@ Exit codes: 0 ok, 1 failed run, 2 usage or bad input, 3 diverged or check failed
 }  // namespace
 
 int main(int argc, char** argv) {
-  CommandLine program({"Real-time animation of jointed things: chains, string puppets, ragdolls.",
+  CommandLine program({"Real-time simulation of jointed mechanisms: chains, marionettes, ragdolls.",
                        "pantin " PANTIN_VERSION, kExamples});
   add_run(program);
   add_check(program);

@@ -68,8 +68,8 @@ int modes(ModesChoices c) {
   }
   if (std::ranges::none_of(plan.fingers, &FingerPlan::touches)) {
     complain(
-        fmt::format("{}: lamina \"{}\": found no finger that touches it at {:g} s, expected "
-                    "one: without contacts it has no modes{}",
+        fmt::format("{}: lamina \"{}\": found no finger in contact at {:g} s, expected one: "
+                    "without contacts there are no modes{}",
                     c.scene, plan.name, c.at, c.running.empty() ? "" : " (" + c.running + ")"));
     return kFailed;
   }
@@ -82,10 +82,10 @@ int modes(ModesChoices c) {
 }
 
 constexpr const char* kExamples =
-    R"(A planar part that fingers hold or push slowly moves in one of a few contact modes: each contact
-sticks (R, it rolls), slides (S) or separates (B). Tells the modes that hold, their motions and
-forces, and which friction allows them. A scene describes such parts under "laminas"; assets/README.md
-shows how.
+    R"(A planar part that fingers hold or push slowly moves in one of a few contact modes: each
+contact sticks (R, it rolls), slides (S) or separates (B). Prints the modes that hold, their motions
+and forces, and the friction that allows them. A scene describes such parts under "laminas"; see
+assets/README.md.
 
 Examples:
   pantin modes assets/laminas/rod.json
@@ -102,30 +102,30 @@ Examples:
 
 A map shows where in the plane of two coefficients each mode holds: 1 all three contacts slide,
 2 R1S2, 3 R1S3, 4 R2S1, 5 R2S3, 6 R3S1, 7 R3S2 of up to three contacts (R2S1: the second sticks, the
-first slides); of more, numbers as the legend says. Where none is, no mode holds. With --json it is
-the modes of the map and the share of its cells in which each holds.
+first slides); with more contacts, numbers as in the legend. Where there is no number, no mode
+holds. With --json it prints the modes of the map and the fraction of its cells in which each holds.
 
 --move moves the part as its fingers move and writes time, pose of the mass centre, mode (a letter
 for each finger, + and - for the two ways to slide, . where it does not touch) and forces; it stops where no mode holds.
---path does so without friction and writes how much of it the motion bears at each pose.
+--path does so without friction and writes the bound of friction at each pose.
 --at runs the scene to a time first, as `pantin run` does.
---against dynamics runs the same part with its mass, by the solver lagrangian, at falling speed of
-the fingers, and tells where they part and which assumptions did not hold there: inertia against
-friction, a contact that should stick and slips, one that is lost, a choice among several modes.
+--against dynamics runs the same part with its mass, by the solver lagrangian, at decreasing finger
+speed, and reports where they diverge and which assumptions fail there: inertia against friction, a
+contact that should stick and slips, one that is lost, a choice among several modes.
 
 Exit codes: 0 ok, 1 not possible here, 2 usage or bad input, 4 could not write.)";
 
 void add_friction(const Subcommand& command, ModesChoices& c) {
-  command.option("--lamina", c.lamina, "which one; default: the first");
+  command.option("--lamina", c.lamina, "name of the lamina; default: the first");
   command
       .option("--mu", c.mu,
-              "friction of all fingers, or of each: 0.3 or 0.3,0.4,0.5; default: as they say")
+              "friction of all fingers, or of each: 0.3 or 0.3,0.4,0.5; default: that of the scene")
       .separated_by(',')
       .between(0, 1e6);
   command.flag("--uncertain", c.uncertain,
                "probabilities and worst cases where fingers have \"friction_between\"");
   command.flag("--advise", c.advise,
-               "the smallest move of one finger along its edge that makes a mode certain");
+               "the smallest displacement of one finger along its edge that makes a mode certain");
 }
 
 void add_outputs(const Subcommand& command, ModesChoices& c) {
@@ -141,7 +141,7 @@ void add_outputs(const Subcommand& command, ModesChoices& c) {
   command.option("--path", c.path, "write the bound of friction along the motion")
       .ends_in({".csv"})
       .type(kFileType);
-  command.option("--move", c.move, "move it, and write its motion: a table, or a scene to be drawn")
+  command.option("--move", c.move, "move it, and write its motion: a table, or a scene to draw")
       .ends_in({".csv", ".json"})
       .type(kFileType);
   command
@@ -162,7 +162,7 @@ void add_outputs(const Subcommand& command, ModesChoices& c) {
 void add_modes(CommandLine& program) {
   auto c = std::make_shared<ModesChoices>();
   const Subcommand command =
-      program.add("modes", "Tells which contacts stick or slide, for which friction");
+      program.add("modes", "Reports which contacts stick or slide, for which friction");
   command.option("scene", c->scene, "a scene file with \"laminas\"").required().type(kSceneType);
   add_friction(command, *c);
   add_outputs(command, *c);

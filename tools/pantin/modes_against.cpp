@@ -34,7 +34,7 @@ std::string broken(const std::vector<Breach>& all) {
   for (const Breach& b : all)
     if (b.part() >= 1) words += (words.empty() ? "" : "; ") + b.words;
   if (!words.empty()) return words;
-  return "no assumption is beyond its bound; nearest: " + all.front().words;
+  return "no assumption is violated; nearest: " + all.front().words;
 }
 
 Ink ink_of_run(std::size_t r) { return r == 0 ? Ink{190, 190, 190} : ink_of(r - 1); }
@@ -106,8 +106,8 @@ int draw(const LaminaPlan& plan, const ModesChoices& c, const std::vector<const 
     frame.draw(*canvas, k == 1 ? plan.name : "");
   }
   draw_friction(*canvas, plan, runs, 80.0 + 370 * 3);
-  canvas->text({1190, 440}, "A finger that slides uses its friction of", {}, Anchor::start);
-  canvas->text({1190, 460}, "sliding, one that sticks up to that of sticking.", {}, Anchor::start);
+  canvas->text({1190, 440}, "A sliding finger uses its coefficient of", {}, Anchor::start);
+  canvas->text({1190, 460}, "sliding, a sticking one up to that of sticking.", {}, Anchor::start);
   double y = 400;
   for (std::size_t i = 0; i < legend.size(); ++i, y += 20)
     canvas->text({40, y}, legend[i], i == 0 ? Ink{110, 110, 110} : ink_of_run(i), Anchor::start);
@@ -118,7 +118,7 @@ std::string verdict_on(const Prediction& q, const ModesChoices& c, const Parting
                        const std::vector<Breach>& all) {
   if (q.run.rows.empty()) return "nothing to compare";
   if (p.row < 0) return "they agree";
-  return fmt::format("they part at {:.3g} s: {}", c.duration * p.row / (kRows - 1), broken(all));
+  return fmt::format("they diverge at {:.3g} s: {}", c.duration * p.row / (kRows - 1), broken(all));
 }
 
 Json to_json(const std::vector<Breach>& all) {

@@ -146,7 +146,7 @@ Breach fingers_in(const LaminaPlan& plan, const Run& q, const Run& run, Window w
       }
       if (now.bears > 0 && before.bears > 0 && 1 - is.bears > lost.size) {
         lost.size = 1 - is.bears;
-        lost.words = fmt::format("{} should bear and is lost for {:.3g} % of the time", name,
+        lost.words = fmt::format("{} should carry force and is lost for {:.3g} % of the time", name,
                                  100 * lost.size);
       }
     }

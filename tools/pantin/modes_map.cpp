@@ -159,7 +159,7 @@ int draw(const Chart& chart, const ModesChoices& c) {
   double y = kSide + 120;
   for (std::size_t s = 0; s < seen.size(); ++s, y += 20)
     canvas->text({40, y}, chart.legend(seen[s]), ink_of(s), Anchor::start);
-  canvas->label({40, y}, "A number marks where a mode holds; several: the motion is not decided.");
+  canvas->label({40, y}, "A number marks where a mode holds; several: the motion is ambiguous.");
   canvas->label({40, y + 20}, "White: none holds; the lamina jams, slips or falls.");
   return write_or_complain(c.out, canvas->bytes());
 }

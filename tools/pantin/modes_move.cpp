@@ -135,10 +135,8 @@ int follow_path(LaminaPlan plan, const ModesChoices& c) {
   if (!stopped.empty()) fmt::print("  the plan ends at {:.6g} s: {}\n", course.time, stopped);
   fmt::print("  the motion stays as planned for any mixture of frictions up to {} (pose {})\n",
              bound_words(bound.each), bound.pose_of_each + 1);
-  fmt::print(
-      "  and for one friction common to all up to {} (pose {}); between poses nothing is "
-      "said\n",
-      bound_words(bound.common), bound.pose_of_common + 1);
+  fmt::print("  and for one friction common to all up to {} (pose {}); not checked between poses\n",
+             bound_words(bound.common), bound.pose_of_common + 1);
   return kOk;
 }
 
@@ -224,9 +222,9 @@ int move_on(const Scene& scene, const LaminaPlan& plan, const ModesChoices& c) {
   for (const auto& [time, mode] : began) fmt::print("  from {:.9g} s: {}\n", time, mode);
   if (course.choices > 1)
     fmt::print("  ambiguous at times: up to {} modes held at once\n", course.choices);
-  if (course.zeno) fmt::print("  zeno: modes switched faster than can be followed\n");
+  if (course.zeno) fmt::print("  zeno: modes switched faster than can be resolved\n");
   if (!stopped.empty())
-    fmt::print("  stopped at {:.6g} s: {}; dynamics has to go on from there\n", course.time,
+    fmt::print("  stopped at {:.6g} s: {}; dynamics has to continue from there\n", course.time,
                stopped);
   return kOk;
 }

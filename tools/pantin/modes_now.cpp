@@ -68,17 +68,17 @@ const char* sentence_of(Verdict verdict) {
     case Verdict::unique:
       return "one mode holds";
     case Verdict::ambiguous:
-      return "several modes hold; which one comes about is not decided by friction alone";
+      return "several modes hold; friction alone does not determine which one occurs";
     case Verdict::squeezed:
       return "no mode: every motion would penetrate a finger, the lamina is squeezed";
     case Verdict::no_balance:
       return "no mode: no forces within friction balance the load, the lamina slips or falls";
     case Verdict::conflict:
-      return "no mode: motions exist and forces exist, but none go together; it jams or escapes";
+      return "no mode: motions and forces exist, but none are compatible; it jams or escapes";
     case Verdict::unresolved:
       break;
   }
-  return "not decided: too many combinations";
+  return "undecided: too many combinations";
 }
 
 std::string interval_words(const Interval& i) {
@@ -100,7 +100,7 @@ void print_contact(const Grasp& g, const Told& t, std::size_t i) {
   const bool rolls = t.signs.roll >> i & 1, slides = (t.signs.plus | t.signs.minus) >> i & 1;
   const std::string does = rolls            ? "sticks"
                            : slides         ? fmt::format("slides at {:.4g} m/s", t.slip[i])
-                           : stays(g, t, i) ? "bears nothing, stays"
+                           : stays(g, t, i) ? "no force, stays in contact"
                                             : fmt::format("separates at {:.4g} m/s", t.parting[i]);
   const std::string forces =
       rolls || slides ? fmt::format("{:.4g} N into it, {:.4g} N along", t.normal[i], t.tangent[i])
@@ -112,19 +112,17 @@ void print_mode(const Grasp& g, const Told& t) {
   fmt::print("  {}  moves at {:.4g} m/s, {:.4g} m/s, {:.4g} rad/s (its point at the origin)\n",
              t.name, t.twist.x, t.twist.y, t.twist.z);
   for (std::size_t i = 0; i < g.contacts.size(); ++i) print_contact(g, t, i);
-  if (!t.motion_unique) fmt::print("    the motion is one of many\n");
-  if (!t.forces_unique) fmt::print("    the forces are one way of many\n");
+  if (!t.motion_unique) fmt::print("    the motion is not unique\n");
+  if (!t.forces_unique) fmt::print("    the forces are not unique\n");
   if (t.break_tie)
     fmt::print(
-        "    a tie: what bears nothing stays where it touches; how the load is shared with it is "
-        "not "
-        "decided\n");
+        "    a tie: contacts without force stay closed; their share of the load is undetermined\n");
   if (t.boundary) fmt::print("    on its boundary: the neighbouring mode holds too\n");
   if (!t.region) return;
   std::string all;
   for (const Interval& i : equal_friction(*t.region))
     all += (all.empty() ? "" : ", ") + interval_words(i);
-  fmt::print("    holds where one friction for all is {}\n", all.empty() ? "nowhere" : all);
+  fmt::print("    holds where a common friction is {}\n", all.empty() ? "nowhere" : all);
   if (const Real cube = cube_bound(*t.region); cube > 0)
     fmt::print("    holds for any mixture of frictions up to {:.4g}\n", cube);
   if (t.index < 0) fmt::print("    index -1: if contacts yield a little this motion is unstable\n");
@@ -197,7 +195,7 @@ int print_modes(const Grasp& g, const ModesChoices& c) {
                    : fmt::format("{:g} sticking, {:g} sliding", g.roll[i], g.slide[i]));
   if (!c.running.empty()) fmt::print("at {:g} s the run moves it by {}\n", c.at, c.running);
   const bool is_tied = set.verdict == Verdict::unique && all.size() > 1;
-  fmt::print("{}\n", is_tied ? "one motion holds, in which a finger may bear or not: a tie"
+  fmt::print("{}\n", is_tied ? "one motion holds, in which a finger may carry force or not: a tie"
                              : sentence_of(set.verdict));
   for (const Told& t : all) print_mode(g, t);
   if (set.near_singular) fmt::print("  near a mode whose forces grow without bound\n");

@@ -176,7 +176,7 @@ int print_advice(const Grasp& g, const ModesChoices& c) {
     return kOk;
   }
   if (!best)
-    fmt::print("no place of one finger on its edge makes a mode certain\n");
+    fmt::print("no position of one finger on its edge makes a mode certain\n");
   else if (now >= 0)
     fmt::print("{} is certain as it is: {}\n", best->mode, printable(best->words));
   else

@@ -44,7 +44,7 @@ constexpr Template kTemplates[] = {
   ]
 }
 )"},
-    {"chain", "a chain whose top follows a path, over a solid floor with a box", R"({
+    {"chain", "a chain whose top follows a path, over a floor with a box", R"({
   "$schema": "scene.schema.json",
   "version": 1,
   "title": "A chain led over a box",
@@ -131,7 +131,7 @@ int write_new(const NewChoices& choices) {
     return kUsage;
   }
   if (!choices.replace && fs::exists(choices.path, ignored)) {
-    complain(fmt::format("{}: found a file, expected none; --replace writes over it",
+    complain(fmt::format("{}: found a file, expected none; --replace overwrites it",
                          printable(choices.path)));
     return kUsage;
   }
@@ -143,29 +143,29 @@ int write_new(const NewChoices& choices) {
 }
 
 constexpr const char* kExamples =
-    R"(Writes a small scene to begin with, and scene.schema.json beside it, by which editors complete
-keys and mark mistakes. Nothing is written over unless --replace is said.
+    R"(Writes a small scene to start from, and scene.schema.json beside it, with which editors
+complete keys and mark errors. Files are overwritten only with --replace.
 
 Examples:
   pantin new scene.json && pantin run scene.json --frames out/frames
   pantin new bench.json --from linkage && pantin view bench.json
 
-Exit codes: 0 ok, 2 usage or a file that is there already, 4 could not write.)";
+Exit codes: 0 ok, 2 usage or an existing file, 4 could not write.)";
 
 }  // namespace
 
 void add_new(CommandLine& program) {
   auto choices = std::make_shared<NewChoices>();
-  const Subcommand command = program.add("new", "Writes a small scene to begin with");
+  const Subcommand command = program.add("new", "Writes a small scene to start from");
   command.option("SCENE", choices->path, "the file to write").required().type(kSceneType);
   std::vector<std::string> names;
-  std::string about = "which one:";
+  std::string about = "the template:";
   for (const Template& t : kTemplates) {
     names.emplace_back(t.name);
     about += fmt::format("{} {} ({})", names.size() > 1 ? "," : "", t.name, t.about);
   }
   command.option("--from", choices->from, about).one_of(names);
-  command.flag("--replace", choices->replace, "write over a file that is there");
+  command.flag("--replace", choices->replace, "overwrite an existing file");
   command.footer(kExamples);
   command.runs([choices] { return write_new(*choices); });
 }

@@ -181,8 +181,8 @@ std::variant<std::unique_ptr<Pictures>, PictureFailure> Pictures::open(
   if (!renderer) {
     std::vector<Error> errors = renderer.errors();
     errors.insert(errors.begin(),
-                  Error{"no way to OpenGL works here, so no pictures can be made; the scene runs "
-                        "without --frames, --video, --gif and --strip. What was tried:"});
+                  Error{"no OpenGL context could be created, so no pictures can be made; the scene "
+                        "runs without --frames, --video, --gif and --strip. What was tried:"});
     return PictureFailure{errors, kFailed};
   }
   std::unique_ptr<Capture> capture;

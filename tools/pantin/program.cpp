@@ -60,13 +60,11 @@ std::string idle_option(const SceneChoices& c, const World& world) {
   for (const SolverSettings& s : world.settings.values()) look(s);
   if (!any)
     return fmt::format(
-        "found {}, expected a scene that the solver \"lagrangian\" moves; add "
-        "--solver lagrangian",
-        option);
+        "found {}, expected a scene solved by \"lagrangian\"; add --solver lagrangian", option);
   if (c.tolerance && odd)
     return fmt::format(
-        "found --tolerance with the integrator \"{}\", expected it with {} only: "
-        "no other divides steps",
+        "found --tolerance with the integrator \"{}\", expected it with {} only: no other "
+        "subdivides steps",
         name_of(odd->integrator), names_that_take_tolerance());
   return {};
 }
@@ -89,8 +87,8 @@ std::vector<Error> contradictions(const std::string& path, Scene& scene) {
           lagrangian::joint_of(scene.world, lagrangian::islands_of(scene.world)[i].blocks[f.block]);
       if (f.kind == lagrangian::Fault::wrong_branch)
         scene.warnings.push_back(
-            fmt::format("{}: joint {} starts with its axes opposed, where it "
-                        "can stand but should not",
+            fmt::format("{}: joint {} starts with its axes opposed, a wrong configuration that "
+                        "satisfies its constraint",
                         path, scene.world.name_of(joint)));
       if (f.kind != lagrangian::Fault::inconsistent) continue;
       names += (names.empty() ? "" : ", ") + scene.world.name_of(joint);
@@ -98,11 +96,11 @@ std::vector<Error> contradictions(const std::string& path, Scene& scene) {
       lack = std::max(lack, f.residual);
     }
     if (names.empty()) continue;
-    found.push_back(error_of_joint(
-        path, first,
-        fmt::format("found joints that contradict one another: {} {} open by up to {:.3g} (m or "
-                    "rad), expected joints that can all be closed",
-                    names, count == 1 ? "stays" : "stay", lack)));
+    found.push_back(
+        error_of_joint(path, first,
+                       fmt::format("found inconsistent joints: {} {} open by up to {:.3g} (m or "
+                                   "rad), expected joints that can all be closed",
+                                   names, count == 1 ? "stays" : "stay", lack)));
   }
   return found;
 }
@@ -111,12 +109,12 @@ std::vector<Error> contradictions(const std::string& path, Scene& scene) {
 
 std::string words_of_lost_contact(const World& world, const StepReport& report) {
   const std::string_view fault = report.contact_fault;
-  return fmt::format("{} at the surface joint {} of body {}{}", fault,
-                     world.name_of(report.contact), world.name_of(report.body),
-                     fault == "ContactDegenerate"
-                         ? ": its surfaces fit one another there; shapes that have them touch "
-                           "through contacts"
-                         : "");
+  return fmt::format(
+      "{} at the surface joint {} of body {}{}", fault, world.name_of(report.contact),
+      world.name_of(report.body),
+      fault == "ContactDegenerate"
+          ? ": its surfaces conform there; use shapes with these surfaces, which collide"
+          : "");
 }
 
 Result<Scene> read_scene(const std::string& path, const SceneChoices& choices) {

@@ -241,7 +241,7 @@ void print_summary(const RunChoices& c, const Scene& scene, const Simulation& si
   fmt::print("  energy      {:.6g} J to {:.6g} J, at most {:.6g} J{}\n", s.energy_start,
              s.energy_end, s.energy_max,
              unchecked ? fmt::format("; not balanced for {} bodies", unchecked) : "");
-  fmt::print("  time        {:.4f} ms a step (p99 {:.4f}), {:.0f} ns per link and step\n",
+  fmt::print("  time        {:.4f} ms per step (p99 {:.4f}), {:.0f} ns per link and step\n",
              j["frame_ms_median"].get<double>(), j["frame_ms_p99"].get<double>(),
              j["ns_per_link_step_median"].get<double>());
   for (const Unreached& u : unreached(sim.world))
@@ -251,9 +251,8 @@ void print_summary(const RunChoices& c, const Scene& scene, const Simulation& si
     fmt::print("  limited     {:.6g} J of energy were removed, in {} steps\n", s.energy_removed,
                s.limited_steps);
   if (s.rescued_steps > 0)
-    fmt::print(
-        "  rescued     {} steps were too long for the integrator; Euler's method took them\n",
-        s.rescued_steps);
+    fmt::print("  rescued     {} steps failed in the integrator and fell back to Euler's method\n",
+               s.rescued_steps);
   if (has_laminas(sim.world)) print_hand_overs(s);
   for (const std::string& line : s.taken_over) fmt::print("  taken over  {}\n", printable(line));
   for (const std::string& line : lines_beyond_auto(sim.world))
@@ -305,8 +304,8 @@ int step_through(const Run& run, Pictures* pictures, Record* record) {
       s.lost_body = sim.world.name_of(report.body), s.lost_time = report.time;
       s.lost_gap = report.residual;
       complain(
-          fmt::format("{}: diverged at {:.6g} s: body {} could not go on or left all bounds (worst "
-                      "joint gap {:.3g} m)",
+          fmt::format("{}: diverged at {:.6g} s: body {} could not continue or left all bounds "
+                      "(worst joint gap {:.3g} m)",
                       c.scene, report.time, s.lost_body, s.worst_gap));
       return kDiverged;
     }
@@ -327,7 +326,7 @@ int step_through(const Run& run, Pictures* pictures, Record* record) {
       s.lost_body = sim.world.name_of(report.body), s.lost_time = report.time;
       s.lost_gap = report.measures.worst_gap;
       complain(
-          fmt::format("{}: energy grew severalfold by itself at {:.6g} s, from {:.4g} J to "
+          fmt::format("{}: energy grew severalfold without work at {:.6g} s, from {:.4g} J to "
                       "{:.4g} J: body {}; the solver \"{}\" does not keep it",
                       c.scene, report.time, s.energy_start, s.energy_end, s.lost_body,
                       solver_in_use(sim.world)));
@@ -336,12 +335,12 @@ int step_through(const Run& run, Pictures* pictures, Record* record) {
     if (report.status == Status::inconsistent) {
       s.status = "inconsistent";
       const std::string name = sim.world.name_of(report.worst_residual_at);
-      complain(fmt::format(
-          "{}: inconsistent at {:.6g} s: {}, {} lacks the most ({:.3g})", c.scene, report.time,
-          sim.world.cables.find(report.worst_residual_at)
-              ? "a cable is longer than it can be, or its end has run up on a pulley"
-              : "joints contradict one another",
-          name, report.worst_residual));
+      complain(fmt::format("{}: inconsistent at {:.6g} s: {}, largest residual at {} ({:.3g})",
+                           c.scene, report.time,
+                           sim.world.cables.find(report.worst_residual_at)
+                               ? "a cable is longer than possible, or its end has reached a pulley"
+                               : "joints are inconsistent",
+                           name, report.worst_residual));
       return kDiverged;
     }
     if (!write_row(report.measures)) return kUnwritable;
@@ -376,7 +375,7 @@ int run(const RunChoices& c) {
       return fail(opened.errors(), kUnwritable);
 
   if (c.threads > 1 && !has_threads())
-    complain("--threads: this build has one thread (oneTBB was not there); going on with it");
+    complain("--threads: this build has one thread (built without oneTBB); continuing with it");
   Simulation sim =
       Simulation::copy_of(scene->world, {scene->step, scene->substeps, c.threads, false, true});
   Summary s;
@@ -389,7 +388,7 @@ int run(const RunChoices& c) {
     if (!closed)
       exit_code = fail(closed.errors(), kUnwritable);
     else if (exit_code == kInterrupted)
-      complain(c.record + ": holds the steps up to the interruption");
+      complain(c.record + ": contains the steps up to the interruption");
   }
   if (pictures) {
     const auto finished = pictures->finish();
@@ -432,14 +431,14 @@ worst_gap_rel, energy_start_j, energy_end_j, energy_max_j, ns_per_link_step_medi
 ns_per_link_step_p99, frame_ms_median, frame_ms_p99 (a step, without drawing),
 allocations_per_step, hash, frames_written, cpu_ms_per_frame (all threads, start-up excluded),
 worst_residual_m, rounds_max, limited_steps and energy_removed_j (by the energy limiter of auto),
-rescued_steps (too long for the integrator, taken by
-Euler's method), contacts (bearing, at the end), contacts_max,
-contact_depth_m (worst overlap after a step), limit_hits (joints held by a limit, at the end),
+rescued_steps (failed in the integrator, taken by
+Euler's method), contacts (with force, at the end), contacts_max,
+contact_depth_m (worst overlap after a step), limit_hits (joints at a limit, at the end),
 limit_hits_max, limit_violation_rad, drives_capped_max,
 final_acceleration_rms (m/s^2, mass centres, last second), unreached, mechanisms
 (Lagrangian: bodies, integrator, equations, rank, redundant, residual, parts), findings (kind, where,
 time_s, amount, unit, steps), energy_unchecked (bodies), warnings, and lost after a divergence or a
-growth of energy. engine/runtime/README.md says what each kind of finding means.
+growth of energy. engine/runtime/README.md describes each kind of finding.
 
 Exit codes: 0 ok, 1 failed run, 2 usage or bad input, 3 diverged, energy grew or (--strict) findings, 4 could not write, 130 interrupted.)";
 
@@ -454,9 +453,9 @@ void add_run(CommandLine& program) {
   command.option("--record", c->record, "CSV file: poses, velocities, gaps, energy, momentum")
       .type(kFileType);
   command
-      .option("--load", c->load, "goes on from a state that --save wrote, with this scene's step")
+      .option("--load", c->load, "continues from a state written by --save, with this scene's step")
       .type(kFileType);
-  command.option("--save", c->save, "file for the state at the end, to go on from with --load")
+  command.option("--save", c->save, "file for the final state, to continue from with --load")
       .type(kFileType);
   command.option("--frames", c->pictures.frames, "folder for frame_000000.png and so on")
       .type(kFolderType);
@@ -465,8 +464,8 @@ void add_run(CommandLine& program) {
       .type(kFileType);
   command
       .option("--gif", c->pictures.gif,
-              "moving picture, .gif (needs ffmpeg); without --size at most 640 pixels wide, "
-              "without --fps at most 25 pictures a second")
+              "animated .gif (needs ffmpeg); without --size at most 640 pixels wide, without --fps "
+              "at most 25 frames per second")
       .ends_in({".gif"})
       .type(kFileType);
   command.option("--strip", c->pictures.strip, "one PNG with frames of the run side by side")
@@ -476,9 +475,9 @@ void add_run(CommandLine& program) {
   command.option("--strip-rows", c->pictures.strip_rows, "rows of the strip").within(1, 20);
   command.option("--size", c->pictures.size, "in pixels; by default the scene's")
       .type("WIDTHxHEIGHT");
-  command.option("--fps", c->pictures.fps, "frames a second; by default the scene's")
+  command.option("--fps", c->pictures.fps, "frames per second; by default the scene's")
       .between(0.1, 1000.0);
-  command.option("--gl", c->pictures.gl, "way to OpenGL: auto, surfaceless, device or osmesa")
+  command.option("--gl", c->pictures.gl, "OpenGL context: auto, surfaceless, device or osmesa")
       .one_of({"auto", "surfaceless", "device", "osmesa"});
   command.flag("--overlay", c->pictures.overlay, "draw joints, axes and pins");
   command.flag("--hash", c->hash, "print the 64-bit hash of the final state");

@@ -13,7 +13,7 @@ namespace {
 std::string solver_of_today(const std::string& word) {
   for (const SolverInfo& s : kSolverInfos)
     if (!s.once.empty() && word == s.once) {
-      print_error(fmt::format("warning: --solver: \"{}\" is called \"{}\" today", word, s.name));
+      print_error(fmt::format("warning: --solver: \"{}\" is now called \"{}\"", word, s.name));
       return std::string(s.name);
     }
   return word;
@@ -42,14 +42,16 @@ void add_scene_choices(const Subcommand& command, SceneChoices& choices) {
       .one_of(integrators);
   command
       .option("--tolerance", choices.tolerance,
-              "of lagrangian with rk4 or radau: divide steps so that each errs by less")
+              "of lagrangian with rk4 or radau: error tolerance of a step")
       .between(1e-15, 1.0);
   command
       .option("--stabilisation", choices.stabilisation,
               "of lagrangian: projection, baumgarte or none")
       .one_of({"projection", "baumgarte", "none"});
   command.option("--step", choices.step, "step length in seconds, up to 1").between(1e-6, 1.0);
-  command.option("--substeps", choices.substeps, "equal parts each step is taken in")
+  command
+      .option("--substeps", choices.substeps,
+              "number of equal parts that each step is divided into")
       .within(1, 1000);
   command.option("--duration", choices.duration, "simulated seconds").between(1e-6, 1e6);
 }

@@ -39,13 +39,13 @@ int schema(const std::string& path) {
 
 constexpr const char* kExamples =
     R"(Prints the JSON Schema (draft 2020-12) of scene files: every key with its type, unit, range,
-default and meaning, from the tables that the program itself reads scenes by.
+default and meaning, from the tables with which the program reads scenes.
 
 Examples:
   pantin schema --out out/scene.schema.json
   pantin schema
 
-An editor that knows JSON Schema completes keys, shows what they mean and marks mistakes while you
+An editor that supports JSON Schema completes keys, shows their meaning and marks errors while you
 type, in any scene that begins with
   {"$schema": "scene.schema.json", "version": 1, ...
 or, in VS Code, in all files that its settings name:

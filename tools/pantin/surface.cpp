@@ -184,10 +184,10 @@ Json summary_of(const SurfaceChoices& c, const Read& read) {
   if (!read.cad.is_null()) j["cad"] = read.cad;
   j["warnings"] = read.loaded.warnings;
   if (by.doubt > 1e-6 * area)
-    j["warnings"].push_back(fmt::format(
-        "{}: found a surface that folds too wildly to be measured, expected one whose area is "
-        "known better than to {:.2g} m^2",
-        c.file, by.doubt));
+    j["warnings"].push_back(
+        fmt::format("{}: found a surface that folds too strongly to be measured, expected one "
+                    "whose area is known better than to {:.2g} m^2",
+                    c.file, by.doubt));
   return j;
 }
 
@@ -248,7 +248,7 @@ int draw(const SurfaceChoices& c, const std::shared_ptr<const Surface>& surface)
   }
   auto renderer = Renderer::create(options);
   if (!renderer) {
-    complain("no way to OpenGL works here, so no picture can be made");
+    complain("no OpenGL context could be created, so no picture can be made");
     for (const Error& e : renderer.errors()) print_error(e.message);
     return kFailed;
   }
@@ -306,18 +306,18 @@ int surface(const SurfaceChoices& c) {
 }
 
 constexpr const char* kExamples =
-    R"(Reads a NURBS surface: JSON as scenes have it, or, in a build that has OpenCASCADE, STEP and
-IGES. It is checked, and told of: faces, degrees, knots, continuity, bounds, area, volume. Lengths
-are m, whatever the unit of the file. Of a trimmed face the whole surface within the bounds of its
-parameters is taken, and told.
+    R"(Reads a NURBS surface: JSON as in scenes, or, in a build with OpenCASCADE, STEP and IGES.
+Checks it and reports faces, degrees, knots, continuity, bounds, area and volume. Lengths are in m,
+whatever the unit of the file. Of a trimmed face the whole surface within the bounds of its
+parameters is taken, and reported.
 
 Examples:
   pantin surface assets/surfaces/groove.json --picture out/groove.png
   pantin surface assets/surfaces/groove.json --out out/groove.json
   pantin surface assets/surfaces/groove.json --json
 
-With OpenCASCADE a file of a CAD system does as well: "pantin surface part.step --out part.json",
-and back again, by the endings .step, .stp, .iges and .igs.
+With OpenCASCADE it converts CAD files, "pantin surface part.step --out part.json", and back, by the
+endings .step, .stp, .iges and .igs.
 
 In a scene: {"type": "nurbs", "surface": "part.json"}.
 

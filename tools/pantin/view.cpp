@@ -72,7 +72,7 @@ void print_summary(const SessionReport& r) {
   fmt::print("  solver      {}, {} steps of {:.6g} s\n",
              r.beside.empty() ? r.solver : r.solver + " beside " + r.beside, r.steps, r.step);
   fmt::print("  frames      {}, by {} into {}{}\n", r.frames, r.gl, r.driver,
-             r.frames_a_second > 0 ? fmt::format(", {:.0f} a second", r.frames_a_second) : "");
+             r.frames_a_second > 0 ? fmt::format(", {:.0f} per second", r.frames_a_second) : "");
   fmt::print("  worst gap   {:.2e} m, {:.1e} of the size\n", r.worst_gap, r.worst_gap_rel);
   for (const Drag& d : r.drags) {
     fmt::print(
@@ -80,7 +80,7 @@ void print_summary(const SessionReport& r) {
         printable(d.body), d.grip, d.at, d.held, d.distance_moved, d.worst_residual,
         d.reachable ? "" : ", out of reach at the end");
     if (d.worst_elsewhere > 1e-3)
-      fmt::print("              other held points gave way by up to {:.3g} m\n", d.worst_elsewhere);
+      fmt::print("              other pinned points moved by up to {:.3g} m\n", d.worst_elsewhere);
   }
   for (const std::string& path : r.saved) fmt::print("  saved       {}\n", path);
   for (const std::string& line : r.findings) fmt::print("  found       {}\n", line);
@@ -145,14 +145,14 @@ Keys:
   space pause    . one step    [ ] slower, faster (1/16 to 4)    r restart
   1-5 solver auto, sweep, shake2, procedural, lagrangian; with shift that of the second pane
   c two solvers side by side: same scene, camera and clock
-  x cut the joint, string or pin under the mouse    p pin the body there, or let it go
+  x cut the joint, cable or pin under the mouse    p pin the body there, or release it
   b shoot a ball    l follow the body under the mouse    home camera back
   arrows turn the camera, with shift move it    + - zoom
   o joints and contacts    f forces    w wireframe    tab panel    h help
-  page up, page down other scenes of the folder    f5 read the file again
-  s save a picture    v begin or end a film    q or Esc quit
-A file that changes is read again, and the camera stays; what is wrong with it is told in red.
-The panel has sliders for step, gravity, motors, muscles and solver settings, and plots.
+  page up, page down other scenes of the folder    f5 reload the file
+  s save a picture    v start or stop a video    q or Esc quit
+A changed file is reloaded, and the camera stays; errors are shown in red. The panel has sliders for
+step, gravity, motors, joint drives and solver settings, and plots.
 
 Examples:
   pantin view assets/scenes/marionette.json
@@ -160,8 +160,8 @@ Examples:
   pantin view assets/scenes/pendulum.json --beside lagrangian
   pantin view assets/scenes/marionette.json --script events.json --json
 
---script plays events instead of a user's, 60 frames to the simulated second and the same every
-time; it needs no display, and ends at a quit event or a second after the last one:
+--script plays events instead of a user's, with 60 frames per simulated second and the same result
+every time; it needs no display, and ends at a quit event or a second after the last one:
   [{"t": 0.5, "type": "mouse_down", "body": "pantin/hand_l", "button": "left"},
    {"t": 1.0, "type": "mouse_move", "dx": 80, "dy": -40},
    {"t": 1.5, "type": "mouse_up"},
@@ -201,7 +201,7 @@ void add_view(CommandLine& program) {
       .one_of({"auto", "on", "off"});
   command.option("--frames", o->frames, "folder for saved frames; by default this one")
       .type(kFolderType);
-  command.option("--gl", o->gl, "way to OpenGL: auto, surfaceless, device or osmesa")
+  command.option("--gl", o->gl, "OpenGL context: auto, surfaceless, device or osmesa")
       .one_of({"auto", "surfaceless", "device", "osmesa"});
   command.flag("--json", o->json, "print one JSON object instead of text");
   command.footer(kHelp);

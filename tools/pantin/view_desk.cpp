@@ -22,11 +22,12 @@ constexpr std::size_t kMostNotes = 20;
 constexpr double kBallReach = 40;  // camera distances; balls beyond are removed
 
 const char* const kHelp[] = {
-    "left: drag exactly   right or shift: by a spring   on nothing, or alt: turn, move the camera",
+    "left: drag exactly   right or shift: by a spring   on nothing, or alt: rotate, move the "
+    "camera",
     "space: pause   . step   [ ] slower, faster   r restart   o joints   f forces   w wireframe",
     "x cut   p pin   b shoot a ball   l follow   home: camera back   c two solvers side by side",
     "1 auto   2 sweep   3 shake2   4 procedural   5 lagrangian   page up, down: other scenes",
-    "s picture   v film   tab: panel   f5 read the file again   h help   q quit"};
+    "s picture   v video   tab: panel   f5 reload the file   h help   q quit"};
 
 }  // namespace
 
@@ -201,7 +202,7 @@ void Desk::open(std::string path) {  // by value: the list that contains it is r
     gun = usual_gun(scene_.world, glm::distance(home.eye, home.target));
   }
   look();
-  tell(fmt::format("{} {}", is_same ? "read again:" : "opened", path));
+  tell(fmt::format("{} {}", is_same ? "reloaded:" : "opened", path));
 }
 
 void Desk::leaf(int by) {
@@ -269,7 +270,7 @@ void Desk::tell(std::string line) {
 std::vector<std::string> Desk::labels(std::size_t index) const {
   const Pane& pane = *panes[index];
   const World& world = pane.world();
-  const char* state = paused ? "paused, " : pane.is_behind ? "too much for this machine, " : "";
+  const char* state = paused ? "paused, " : pane.is_behind ? "too slow for real time, " : "";
   const std::string pace =
       speed < 1 ? fmt::format("speed 1/{:.0f}", 1 / speed) : fmt::format("speed {:.0f}", speed);
   std::vector<std::string> lines;
@@ -285,7 +286,7 @@ std::vector<std::string> Desk::labels(std::size_t index) const {
       off.begin(), off.end(),
       [](const Unreached& a, const Unreached& b) { return a.residual < b.residual; });
   if (worst != off.end())
-    lines.push_back(fmt::format("{} of {} is {:.2g} m from its place", worst->kind, worst->name,
+    lines.push_back(fmt::format("{} of {} is {:.2g} m from its target", worst->kind, worst->name,
                                 worst->residual));
   if (const auto found = pane.sim.findings(); !found.empty())
     lines.push_back(

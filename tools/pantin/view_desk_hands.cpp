@@ -203,8 +203,8 @@ void Desk::pin(const Place& at) {
       is_pinned = toggle_pin(pane->world(), *picked);
       pane->place();
     }
-  if (!is_pinned) return tell(name + " does not move by itself: no use to pin it");
-  tell((*is_pinned ? "pinned " : "let go of ") + name);
+  if (!is_pinned) return tell(name + " is not dynamic and cannot be pinned");
+  tell((*is_pinned ? "pinned " : "released ") + name);
 }
 
 void Desk::throw_ball(const Place& at) {

@@ -71,9 +71,9 @@ bool Session::open() {
   std::error_code trouble;
   std::filesystem::create_directories(choices_.frames, trouble);
   if (!std::filesystem::is_directory(choices_.frames, trouble)) {
-    fail(
-        {Error{choices_.frames + ": found no folder and could make none, expected one for frames"}},
-        kUnwritable, "unwritable");
+    fail({Error{choices_.frames +
+                ": found no folder and could not create it, expected a folder for frames"}},
+         kUnwritable, "unwritable");
     return false;
   }
   RenderOptions options;

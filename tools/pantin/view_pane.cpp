@@ -110,14 +110,13 @@ std::optional<std::string> Pane::choose(Solver solver) {
 std::optional<std::string> Pane::trouble(const StepReport& step) const {
   const std::string body = sim.world.name_of(step.body);
   if (step.status == Status::diverged)
-    return fmt::format("diverged: body {} could not go on or left all bounds", body);
-  if (step.status == Status::bad_clock)
-    return std::string("diverged: the time or the step is no number to compute with");
+    return fmt::format("diverged: body {} could not continue or left all bounds", body);
+  if (step.status == Status::bad_clock) return std::string("diverged: invalid time or step");
   if (step.status == Status::contact_lost)
     return "contact lost: " + words_of_lost_contact(sim.world, step);
   if (step.status == Status::energy_grew)
     return fmt::format(
-        "energy grew severalfold by itself where body {} is: the solver {} does not keep it", body,
+        "energy grew severalfold without work at body {}: the solver {} does not conserve it", body,
         solver());
   return std::nullopt;
 }

@@ -130,7 +130,7 @@ void Session::toggle_film() {
   }
   film_ = std::move(*film);
   film_width_ = options.width, film_height_ = options.height, film_time_ = 1 / kFilmRate;
-  desk_.tell("films into " + film_path_ + "; v ends it");
+  desk_.tell("records " + film_path_ + "; v ends it");
 }
 
 /// Adds as many pictures as the elapsed time requires.

@@ -111,7 +111,7 @@ void lay_out_findings(const Desk& desk) {
   constexpr int kLines = 5;
   const Pane& pane = desk.pane_at_mouse();
   const std::span<const Finding> found = pane.sim.findings();
-  if (found.empty()) return ImGui::TextDisabled("nothing that makes the run doubtful");
+  if (found.empty()) return ImGui::TextDisabled("no findings");
   ImGui::BeginChild("findings", {0, kLines * ImGui::GetTextLineHeightWithSpacing()});
   for (auto f = found.rbegin(); f != found.rend(); ++f) {
     ImGui::TextWrapped("%s", words_of(pane.world(), *f).c_str());
@@ -178,7 +178,7 @@ void lay_out(Desk& desk, const PanelClock& clock) {
   if (section("Findings", ImGuiTreeNodeFlags_DefaultOpen)) lay_out_findings(desk);
   const std::vector<Knob> knobs = desk.knobs();
   if (section("Step and gravity")) lay_out_knobs(desk, knobs, KnobGroup::world);
-  if (section("Motors and muscles")) lay_out_knobs(desk, knobs, KnobGroup::motors);
+  if (section("Motors and joint drives")) lay_out_knobs(desk, knobs, KnobGroup::motors);
   if (section("Solver settings")) lay_out_knobs(desk, knobs, KnobGroup::solver);
   if (section("Scenes")) lay_out_scenes(desk);
 }
