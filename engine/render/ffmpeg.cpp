@@ -145,7 +145,7 @@ std::optional<Error> refusal(const Film& film, Container container) {
                  ", H.264 expects even width and height"};
   if (!(film.fps > 0 && film.fps <= 1000))
     return Error{film.path + ": found " + rate_text(film.fps) +
-                 " frames a second, expected 0 to 1000"};
+                 " frames per second, expected 0 to 1000"};
   if (container != Container::gif) return std::nullopt;
   const GifForm form = gif_form(film);
   if (form.bytes <= kMostGifBytes) return std::nullopt;

@@ -258,7 +258,7 @@ TEST_CASE("wrong names, odd sizes and impossible rates of videos are refused in 
             "found a size of 65x48, H.264 expects even width and height"));
   CaptureOptions still = video_to(place / "film.mp4");
   still.fps = 0;
-  CHECK(has(message(still), "found 0 frames a second"));
+  CHECK(has(message(still), "found 0 frames per second"));
   CHECK(fs::is_empty(place.text()));
 }
 

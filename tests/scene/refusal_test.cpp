@@ -353,7 +353,7 @@ TEST_CASE("Very many faults are counted, not all told") {
   for (int i = 0; i < 149; ++i) text += ", 1";
   const Lines lines = diagnostics(text + "]}");
   REQUIRE(lines.size() == 101);
-  CHECK(lines.back() == "t.json: 50 more complaints are not shown");
+  CHECK(lines.back() == "t.json: 50 more errors are not shown");
 }
 
 TEST_CASE("A fault inside a prefab is told once, and what depends on it is not") {

@@ -136,13 +136,13 @@ TEST_CASE("Filters that agree with nobody are told by name") {
   CHECK(told(R"({"groups": ["prop"], "with": ["ground"]})", R"({"groups": ["ground"]})").empty());
   CHECK(told(R"({"groups": ["prop"], "with": ["ground"]})",
              R"({"groups": ["ground"], "with": ["ground"]})") ==
-        Lines{"t.json:2:1: /bodies/0: body \"crate\" touches nothing: it asks for body \"floor\", "
-              "whose own \"with\" leaves it out",
-              "t.json:3:1: /bodies/1: body \"floor\" touches nothing: no other body is in a group "
-              "that its \"with\" names"});
+        Lines{"t.json:2:1: /bodies/0: body \"crate\" collides with nothing: its \"with\" includes "
+              "body \"floor\", whose own \"with\" excludes it",
+              "t.json:3:1: /bodies/1: body \"floor\" collides with nothing: no other body is in a "
+              "group that its \"with\" names"});
   CHECK(told(R"({"groups": ["prop"], "with": ["prop"]})", R"({"groups": ["ground"]})") ==
-        Lines{"t.json:2:1: /bodies/0: body \"crate\" touches nothing: no other body is in a group "
-              "that its \"with\" names"});
+        Lines{"t.json:2:1: /bodies/0: body \"crate\" collides with nothing: no other body is in a "
+              "group that its \"with\" names"});
 }
 
 TEST_CASE("Ranges beyond a turn are told, of joints that do not count turns") {

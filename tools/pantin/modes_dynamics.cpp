@@ -157,8 +157,8 @@ Breach roundness_in(const LaminaPlan& plan, const Run& run, Window w, double way
   Breach b{0, kApart, {}};
   for (std::size_t i = w.first; i <= w.last; ++i)
     b.size = std::max(b.size, radius_of_finger(plan) * std::abs(run.rows[i].angle) / way);
-  b.words =
-      fmt::format("contacts move round fingers of some size by {:.3g} % of the way", 100 * b.size);
+  b.words = fmt::format("contacts move round fingers of finite size by {:.3g} % of the way",
+                        100 * b.size);
   return b;
 }
 

@@ -245,7 +245,7 @@ void print_summary(const RunChoices& c, const Scene& scene, const Simulation& si
              j["frame_ms_median"].get<double>(), j["frame_ms_p99"].get<double>(),
              j["ns_per_link_step_median"].get<double>());
   for (const Unreached& u : unreached(sim.world))
-    fmt::print("  unreached   {} {}: {:.4g} m from its place{}\n", u.kind, printable(u.name),
+    fmt::print("  unreached   {} {}: {:.4g} m from its target{}\n", u.kind, printable(u.name),
                u.residual, u.reachable ? "" : ", out of reach");
   if (s.limited_steps > 0)
     fmt::print("  limited     {:.6g} J of energy were removed, in {} steps\n", s.energy_removed,

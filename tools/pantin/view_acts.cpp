@@ -184,7 +184,7 @@ std::vector<std::string> describe(const World& world, Entity body) {
   lines.push_back(b->motion == Motion::dynamic ? fmt::format("dynamic, {:.4g} kg", b->mass)
                                                : word_of(b->motion));
   lines.push_back(fmt::format("at {:.3f}, {:.3f}, {:.3f} m", at.x, at.y, at.z));
-  lines.push_back(fmt::format("{:.3g} m/s, turns at {:.3g} rad/s", glm::length(b->velocity),
+  lines.push_back(fmt::format("{:.3g} m/s, rotates at {:.3g} rad/s", glm::length(b->velocity),
                               glm::length(b->angular_velocity)));
   if (const auto [force, count] = contact_of(world, body); count > 0)
     lines.push_back(

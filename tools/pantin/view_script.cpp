@@ -30,7 +30,7 @@ constexpr Range kPixel{-16384, 16384, "a number of pixels from -16384 to 16384"}
 constexpr Range kClicks{-100, 100, "a number of clicks from -100 to 100"};
 
 constexpr Key kT = number("t", "s", kTimes, "When.").needed("the time of the event in seconds");
-constexpr Key kType = word("type", kActs, "What happens.");
+constexpr Key kType = word("type", kActs, "The kind of event.");
 constexpr Key kX = number("x", "pixels", kPixel, "From the left.").expecting("x and y in pixels");
 constexpr Key kY = number("y", "pixels", kPixel, "From the top.").expecting("x and y in pixels");
 constexpr Key kBody = reference("body", "the name of a body", "At this body.");

@@ -71,7 +71,7 @@ std::vector<Error> Diagnostics::errors() const {
     all.lines.push_back({fault.offset, fault.node, fault.message});
   all.dropped += json_.more_faults;
   std::vector<Error> errors;
-  for (std::string& line : told(std::move(all), "complaints")) errors.push_back({std::move(line)});
+  for (std::string& line : told(std::move(all), "errors")) errors.push_back({std::move(line)});
   return errors;
 }
 

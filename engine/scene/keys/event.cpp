@@ -77,7 +77,7 @@ struct EventKeySet {
 
   template <class Event>
   EventKeySet(const Event& event, std::size_t index) : what(std::string(Event::name) + "_event") {
-    keys.push_back(word("type", std::span(kEventNames).subspan(index, 1), "What happens."));
+    keys.push_back(word("type", std::span(kEventNames).subspan(index, 1), "The kind of event."));
     keys.back().is_needed = true;
     Event::scene_keys(event, [&](const EventKey& key, const auto& member) {
       keys.push_back(key_of(key, member));

@@ -313,7 +313,7 @@ constexpr Key own_name(Text about) {
 }
 template <auto... path>
 constexpr Key needed_name() {
-  return own_name<path...>("What others call it.").needed("a name");
+  return own_name<path...>("Name for references to it.").needed("a name");
 }
 template <auto... path>
 constexpr Key reference(Text name, Text expected, Text about) {

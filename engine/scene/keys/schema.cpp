@@ -340,7 +340,7 @@ std::string scene_schema() {
   defs.add("vector", array_of(number_of(kAnyNumber), 3));
   defs.add("shape", typed_schema({kShapeNames, "", "The kind of shape.",
                                   "A shape in the body's own frame."}));
-  defs.add("event", typed_schema({kEventNames, "_event", "What happens.",
+  defs.add("event", typed_schema({kEventNames, "_event", "The kind of event.",
                                   "A timed change of the scene while it runs."}));
   defs.add("face", typed_schema({kFaceTypes, "_face", "The kind of face.",
                                  "A face of a NURBS surface, u x v outwards."}));

@@ -12,7 +12,7 @@ constexpr Range kOpening{1, 170, "an angle from 1 to 170 degrees"};
 constexpr Range kStrength{0, 1000, "a number from 0 to 1000"};
 constexpr Range kLit{0, 100, "a number from 0 to 100"};
 constexpr Range kPixels{16, 16384, "a whole number of pixels from 16 to 16384"};
-constexpr Range kRate{0, 1000, "a number of frames a second above 0, at most 1000", true};
+constexpr Range kRate{0, 1000, "a number of frames per second above 0, at most 1000", true};
 
 template <auto... path>
 constexpr Key colour(Text name, const Range& range, Text about) {
@@ -65,7 +65,7 @@ constexpr Key kOutput[] = {
         .holding(2)
         .within(kPixels)
         .or_else(1280, 720, 0),
-    number<&OutputDefaults::fps>("fps", "", kRate, "Frames a second."),
+    number<&OutputDefaults::fps>("fps", "", kRate, "Frames per second."),
 };
 
 }  // namespace

@@ -64,10 +64,10 @@ void warn_of_filter(const BuiltScene& built, const Filters& filters, const Filte
   if (!any_other) return;
   const BuiltBody& body = built.bodies[kind.first];
   const std::string why = asked
-                              ? "it asks for " + called(built.bodies[asked->first]) +
-                                    ", whose own \"with\" leaves it out"
+                              ? "its \"with\" includes " + called(built.bodies[asked->first]) +
+                                    ", whose own \"with\" excludes it"
                               : std::string("no other body is in a group that its \"with\" names");
-  messages.warn(body.at, "filter", called(body) + " touches nothing: " + why);
+  messages.warn(body.at, "filter", called(body) + " collides with nothing: " + why);
 }
 
 /// Dynamic bodies that joints, cables and pins connect.
