@@ -5,7 +5,7 @@ namespace pantin::detail::shape_kinds {
 namespace {
 
 constexpr SizeKey kSizes[] = {
-    {"size", "Full edge lengths along x, y and z, m.", 0, 3, 0.5, 0, "the three edges of the box"}};
+    {"size", "Full edge lengths along x, y and z.", 0, 3, 0.5, 0, "the three edges of the box"}};
 
 Real volume(const Shape& shape) { return 8 * shape.size.x * shape.size.y * shape.size.z; }
 

@@ -5,8 +5,8 @@ namespace pantin::detail::shape_kinds {
 namespace {
 
 constexpr SizeKey kSizes[] = {
-    {"radius", "Of the cylinder and its hemispherical ends, m."},
-    {"length", "Of the cylinder, m: the capsule is longer by two radii.", 1, 1, 0.5}};
+    {"radius", "Of the cylinder and its hemispherical ends."},
+    {"length", "Of the cylinder: the capsule is longer by two radii.", 1, 1, 0.5}};
 
 Real volume(const Shape& shape) {
   const Real r = shape.size.x;

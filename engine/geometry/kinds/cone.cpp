@@ -6,8 +6,8 @@ namespace pantin::detail::shape_kinds {
 namespace {
 
 constexpr SizeKey kSizes[] = {
-    {"radius", "Of the base, m."},
-    {"height", "From the base to the apex, m; the origin is halfway up.", 1, 1, 0.5}};
+    {"radius", "Of the base."},
+    {"height", "From the base to the apex; the origin is halfway up.", 1, 1, 0.5}};
 
 /// The outward normal of the side: along the radius, and upwards.
 struct Side {

@@ -6,7 +6,7 @@ namespace pantin::detail::shape_kinds {
 namespace {
 
 constexpr SizeKey kSizes[] = {
-    {"radii", "Along x, y and z, m.", 0, 3, 1, 0, "the three radii of the ellipsoid"}};
+    {"radii", "Along x, y and z.", 0, 3, 1, 0, "the three radii of the ellipsoid"}};
 constexpr int kMostRounds = 200;
 
 Real volume(const Shape& shape) {

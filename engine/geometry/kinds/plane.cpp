@@ -5,7 +5,7 @@ namespace pantin::detail::shape_kinds {
 namespace {
 
 constexpr SizeKey kSizes[] = {
-    {"size", "Edge of the square that is drawn, m; collision is unbounded.", 0, 1, 0.5, 20}};
+    {"size", "Edge of the square that is drawn; collision is unbounded.", 0, 1, 0.5, 20}};
 
 Aabb bounds(const Shape&, const Pose&) { return {Vec3(-1e300), Vec3(1e300)}; }
 

@@ -4,7 +4,7 @@
 namespace pantin::detail::shape_kinds {
 namespace {
 
-constexpr SizeKey kSizes[] = {{"radius", "Of the sphere, m."}};
+constexpr SizeKey kSizes[] = {{"radius", "Of the sphere."}};
 
 Real volume(const Shape& shape) {
   const Real r = shape.size.x;
