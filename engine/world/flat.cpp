@@ -110,7 +110,7 @@ std::string flat_fault(const Joint& joint, const Pose& a, const Pose& b) {
       break;
     case JointKind::ball:
       if (joint.limits.any())
-        return "is a ball joint with limits, which no motion in a plane has: use a hinge along z";
+        return "is a ball joint with limits: \"planar\" needs a hinge along z for them";
       break;
     case JointKind::fixed:
     case JointKind::distance:
@@ -149,7 +149,7 @@ std::string flat_fault(const SurfaceContact& c, const Pose& a, const Pose& b) {
     const Quat q = pose.rotation;
     if (std::hypot(q.x, q.y) > kAlong)
       return std::string("has a curve of \"") + side +
-             "\" that does not lie in the xy plane, seen from +z";
+             "\" that does not lie in the xy plane, facing +z";
   }
   return {};
 }

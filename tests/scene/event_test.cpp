@@ -186,7 +186,7 @@ TEST_CASE("A few lines cannot ask for millions of events") {
   limits.links = 50;
   const Lines told = diagnostics(scene_of(cuts), limits);
   REQUIRE_FALSE(told.empty());
-  CHECK(told.front().find("found events on more than 50 things") != std::string::npos);
+  CHECK(told.front().find("found events on more than 50 objects") != std::string::npos);
 }
 
 TEST_CASE("A scene's events happen when it is run") {

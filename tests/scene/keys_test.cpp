@@ -246,12 +246,12 @@ TEST_CASE("Every old key is read as today's, with a warning that names it") {
 {"name": "j", "a": "world", "b": "r", "kind": "hinge", "anchor": [0, 0, 0]}],
 "ratios": [{"name": "g", "first": "i", "first_moves": "slide", "second": "j", "ratio": 2}]})");
   CHECK(s.warnings ==
-        Lines{"t.json:1:59: /solver/rounds: the key \"rounds\" is now called \"sweeps\" today",
-              "t.json:4:10: /joints/0/slide: the key \"slide\" is now called \"travel\" today",
-              "t.json:6:11: /ratios: the key \"ratios\" is now called \"gears\" today",
+        Lines{"t.json:1:59: /solver/rounds: the key \"rounds\" is now called \"sweeps\"",
+              "t.json:4:10: /joints/0/slide: the key \"slide\" is now called \"travel\"",
+              "t.json:6:11: /ratios: the key \"ratios\" is now called \"gears\"",
               "t.json:6:55: /ratios/0/first_moves: the key \"first_moves\" is now called "
-              "\"first_coordinate\" today",
-              "t.json:6:55: /ratios/0/first_moves: \"slide\" is now called \"travel\" today"});
+              "\"first_coordinate\"",
+              "t.json:6:55: /ratios/0/first_moves: \"slide\" is now called \"travel\""});
   CHECK(s.world.gears[s.world.find("g")].first_travels);
   CHECK(s.world.links[s.world.find("i")].joint.parameters->translation.friction.dry == 3);
   CHECK(s.world.default_settings.sweeps == 9);
@@ -269,10 +269,10 @@ TEST_CASE("Old words for solvers and motions are read as today's, with warnings"
 "solver": {"type": "paper", "paper_reluctance": "literal_step"},
 "bodies": [{"name": "hand", "motion": "driven"}]})");
   CHECK(s.warnings ==
-        Lines{"t.json:2:20: /solver/type: \"paper\" is now called \"procedural\" today",
+        Lines{"t.json:2:20: /solver/type: \"paper\" is now called \"procedural\"",
               "t.json:2:49: /solver/paper_reluctance: the key \"paper_reluctance\" is now called "
-              "\"procedural_reluctance\" today",
-              "t.json:3:39: /bodies/0/motion: \"driven\" is now called \"kinematic\" today"});
+              "\"procedural_reluctance\"",
+              "t.json:3:39: /bodies/0/motion: \"driven\" is now called \"kinematic\""});
   CHECK(s.world.default_settings.solver == Solver::procedural);
   CHECK(s.world.default_settings.procedural_reluctance == ProceduralReluctance::literal_step);
   CHECK(s.world.bodies[s.world.find("hand")].motion == Motion::kinematic);
@@ -283,7 +283,7 @@ TEST_CASE("Old words for solvers and motions are read as today's, with warnings"
 TEST_CASE("The American spelling of a colour is read, with a word about the key's name") {
   const Scene s = good(R"({"version": 1, "materials": [{"name": "red", "color": "#ff0000"}]})");
   CHECK(s.warnings ==
-        Lines{"t.json:1:55: /materials/0/color: the key \"color\" is now called \"colour\" today"});
+        Lines{"t.json:1:55: /materials/0/color: the key \"color\" is now called \"colour\""});
   REQUIRE_FALSE(s.world.materials.empty());
   CHECK(s.world.materials.back().colour.x == 1);
   CHECK(s.world.materials.back().colour.y == 0);

@@ -218,7 +218,7 @@ TEST_CASE("joints that no plane has are named and left out") {
   SECTION("a ball joint with limits") {
     joint.kind = JointKind::ball;
     joint.limits.edit().swing = {true, 1, 1};
-    expected = "is a ball joint with limits, which no motion in the xy plane: use a hinge along z";
+    expected = "is a ball joint with limits: \"planar\" needs a hinge along z for them";
   }
   add_link(w, {a, b, joint});
   REQUIRE(check(w).size() == 1);

@@ -5,7 +5,8 @@
 namespace pantin::detail::shape_kinds {
 namespace {
 
-constexpr SizeKey kSizes[] = {{"radius", "m."}, {"length", "From end to end.", 1, 1, 0.5}};
+constexpr SizeKey kSizes[] = {{"radius", "Of the drum."},
+                              {"length", "From end to end.", 1, 1, 0.5}};
 
 Real volume(const Shape& shape) { return 2 * kPi * shape.size.x * shape.size.x * shape.size.y; }
 
