@@ -299,7 +299,7 @@ class Refusals(Folder):
         self.refused({"name": "a", "outline": [[0, 0], [1, 0], [2, 0]], "fingers": [finger]},
                      "/outline", "on one line")
         self.refused({"name": "a", "outline": [[0, 0], [1, 1], [1, 0], [0, 1]],
-                      "fingers": [finger]}, "/outline", "meet")
+                      "fingers": [finger]}, "/outline", "intersect")
         self.refused({"name": "a", "outline": square, "fingers": [finger]}, "found no load",
                      gravity=[0, 0, 0])
         self.refused({"name": "a", "fingers": [{"point": [0, 0], "normal": [0, 1]}]},

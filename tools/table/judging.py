@@ -170,8 +170,8 @@ def outcome(program, case, limits):
             cell.verdict, cell.said = TOLD, one.refusal
         else:
             cell.errors = asked.errors()
-            # What falls for ever does so rightly or not: that warning tells nothing of it.
-            cell.found += tuple(w for w in one.warned if "falls for ever" not in w)
+            # A fall without end may be right: that warning says nothing about the result.
+            cell.found += tuple(w for w in one.warned if "falls forever" not in w)
             weigh(cell, case)
     except Bad as fault:
         raise Bad(f"{case.family.name} {case.values} under {case.solver} at {case.rate} Hz: {fault}") from None

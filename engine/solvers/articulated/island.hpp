@@ -17,7 +17,6 @@
 #include "engine/solvers/articulated/smooth/conserving_node.hpp"
 #include "engine/solvers/articulated/smooth/parted_step.hpp"
 #include "engine/solvers/articulated/smooth/tie.hpp"
-#include "engine/solvers/articulated/vec3x4.hpp"
 #include "engine/solvers/islands.hpp"
 #include "engine/world/body.hpp"
 #include "engine/world/entity.hpp"
@@ -104,6 +103,21 @@ struct BodyScratch {
   std::vector<Vec3> velocities;               // a body each: at the start of a step with pins
 };
 
+/// Workspace of the equations that couple ties.
+struct TieEquations {
+  std::vector<TiePathStep> tie_paths;          // of all ties, by tie_path_starts
+  std::vector<std::uint32_t> tie_path_starts;  // one more than ties
+  std::vector<TieRow> tie_rows;
+  std::vector<TieShare> tie_shares;            // in the order of the rows
+  std::vector<TiePassing> tie_passing;         // of the longest path
+  std::vector<LoopStep> tie_steps;             // as tie_paths, of ties with rows
+  std::vector<std::uint32_t> tie_step_starts;  // by column: bodies, then places of free roots
+  std::vector<Real> tie_blocks_of_row;         // a block for each tie with rows
+  std::vector<Real> tie_matrix, tie_solution, tie_largest;
+  std::vector<Real> tie_kept;  // copies of matrix and right-hand side
+  std::vector<std::uint32_t> tie_order;
+};
+
 /// Workspace of ties and of joints that constrain rotations, in the energy-momentum method.
 struct TieScratch {
   std::vector<ConservingTie> ties;
@@ -113,25 +127,16 @@ struct TieScratch {
   Real tie_yield = 0;  // compliance of rigid ties, relative: see begin_ties()
   std::vector<Real> tie_blocks, tie_factors;                // see ConservingTies
   std::vector<Vec3> tie_impulses, tie_torques, tie_joints;  // a body each
-  std::vector<TiePathStep> tie_paths;                       // of all ties, by tie_path_starts
-  std::vector<std::uint32_t> tie_path_starts;               // one more than ties
-  std::vector<TieRow> tie_rows;
-  std::vector<TieShare> tie_shares;     // in the order of the rows
-  std::vector<TiePassing> tie_passing;  // of the longest path
-  std::vector<Vec3x4> tie_turns;  // by four impulses: rotation of each body, displacement as a root
-  std::vector<Real> tie_matrix, tie_solution, tie_largest;
-  std::vector<Real> tie_kept;  // copies of matrix and right-hand side
-  std::vector<std::uint32_t> tie_order;
-  std::vector<CableRow> cable_rows;     // a cable each
-  std::vector<Vec3> velocities_before;  // 2 a body, for impacts of cables
-  std::vector<Vec3> pin_gaps;           // a pin each: see begin_closing()
-  std::vector<Vec3> pins_before;        // a pin each: its target where sweeps take over the step
+  std::vector<CableRow> cable_rows;                         // a cable each
+  std::vector<Vec3> velocities_before;                      // 2 a body, for impacts of cables
+  std::vector<Vec3> pin_gaps;                               // a pin each: see begin_closing()
+  std::vector<Vec3> pins_before;  // a pin each: its target where sweeps take over the step
   std::vector<std::uint8_t> on_path;
   bool predicted = false;  // by the update stage; otherwise predicted later
 };
 
 /// Scratch memory of one step of one island.
-struct StepScratch : BodyScratch, TieScratch {};
+struct StepScratch : BodyScratch, TieScratch, TieEquations {};
 
 /// One tree of the island: bodies [first, first + count), parents before children.
 struct Tree {

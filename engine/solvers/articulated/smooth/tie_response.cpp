@@ -211,8 +211,60 @@ void reserve_tie_rows(Island& a) {
   for (std::size_t tie = 0; tie + 1 < r.tie_path_starts.size(); ++tie)
     longest = std::max(longest, r.tie_path_starts[tie + 1] - r.tie_path_starts[tie]);
   r.tie_passing.assign(longest, {}), r.tie_shares.assign(3 * r.tie_paths.size(), {});
-  r.tie_rows.reserve(3 * tie_count(a)), r.tie_turns.assign(2 * a.count(), {});
+  r.tie_rows.reserve(3 * tie_count(a));
+  r.tie_steps.assign(r.tie_paths.size(), {}), r.tie_step_starts.assign(2 * a.count(), kNoLoopStep);
+  r.tie_blocks_of_row.assign(kBlockNumbers * tie_count(a), 0);
 }
+
+namespace {
+
+/// Lists the steps of all ties with rows by column, with the rotations that their rows cause there.
+/// Ties are numbered by these lists. Returns their number.
+std::uint32_t list_steps(StepScratch& r) {
+  std::fill(r.tie_step_starts.begin(), r.tie_step_starts.end(), kNoLoopStep);
+  std::uint32_t number = 0;
+  for (const TieRows& rows : r.tie_sets) number += rows.count > 0;
+  const std::uint32_t all = number;
+  auto row = static_cast<std::uint32_t>(r.tie_rows.size());
+  for (std::size_t tie = r.ties.size(); tie-- > 0;) {
+    const auto count = static_cast<std::uint32_t>(r.tie_sets[tie].count);
+    if (count == 0) continue;
+    row -= count, --number;
+    const TieRow& first = r.tie_rows[row];
+    for (std::uint32_t k = 0; k < first.count; ++k) {
+      LoopStep& step = r.tie_steps[first.path + k];
+      std::uint32_t& start = r.tie_step_starts[r.tie_paths[first.path + k].column];
+      step.tie = number, step.next = start, start = first.path + k;
+      for (std::uint32_t c = 0; c < 3; ++c)
+        for (int n = 0; n < 3; ++n)
+          step.torque[3 * c + static_cast<std::uint32_t>(n)] =
+              c < count ? r.tie_shares[first.share + c * first.count + k].turn[n] : 0;
+    }
+  }
+  return all;
+}
+
+/// The blocks of the rows of a tie, one for each tie with rows.
+void fill_blocks_of(StepScratch& r, std::size_t row, std::uint32_t count, std::uint32_t ties) {
+  Real* const blocks = r.tie_blocks_of_row.data();
+  std::fill_n(blocks, kBlockNumbers * ties, Real(0));
+  const TieRow& first = r.tie_rows[row];
+  for (std::uint32_t k = 0; k < first.count; ++k) {
+    LoopJoint at{r.tie_steps.data(),
+                 r.tie_step_starts[r.tie_paths[first.path + k].column],
+                 ties,
+                 false,
+                 {},
+                 {}};
+    for (std::uint32_t c = 0; c < count; ++c)
+      for (int n = 0; n < 3; ++n)
+        at.by_torque[4 * n + static_cast<int>(c)] =
+            r.tie_shares[first.share + c * first.count + k].by_turn[n];
+    kernels().add_loop_responses(at, blocks);
+  }
+}
+
+}  // namespace
 
 void fill_tie_matrix(Island& a, Arms arms, std::size_t n) {
   StepScratch& r = a.scratch;
@@ -220,30 +272,22 @@ void fill_tie_matrix(Island& a, Arms arms, std::size_t n) {
     fill_all_shares(a, BallNodes{r}, arms);
   else
     fill_all_shares(a, StiffNodes{r}, arms);
-  PANTIN_ASSERT(n == r.tie_rows.size() && r.tie_matrix.size() >= n * n &&
-                r.tie_turns.size() == 2 * a.count());
-  // Rotations by four impulses at a time, so that each row is multiplied with all four at once.
-  constexpr std::size_t kSides = Vec3x4::kSides;
-  for (std::size_t first = 0; first < n; first += kSides) {
-    const std::size_t count = std::min(kSides, n - first);
-    std::fill(r.tie_turns.begin(), r.tie_turns.end(), Vec3x4{});
-    for (std::size_t side = 0; side < count; ++side) {
-      const TieRow& from = r.tie_rows[first + side];
-      for (std::uint32_t k = 0; k < from.count; ++k)
-        r.tie_turns[r.tie_paths[from.path + k].column].add_to_side(
-            side, r.tie_shares[from.share + k].turn);
-    }
-    for (std::size_t row = 0; row < n; ++row) {
-      const TieRow& of = r.tie_rows[row];
-      Real sum[kSides] = {};
-      for (std::uint32_t k = 0; k < of.count; ++k) {
-        const Vec3x4& turns = r.tie_turns[r.tie_paths[of.path + k].column];
-        const Vec3 by = r.tie_shares[of.share + k].by_turn;
-        for (std::size_t s = 0; s < kSides; ++s)
-          sum[s] += by.x * turns.v[0][s] + by.y * turns.v[1][s] + by.z * turns.v[2][s];
+  PANTIN_ASSERT(n == r.tie_rows.size() && r.tie_matrix.size() >= n * n);
+  const std::uint32_t ties = list_steps(r);
+  PANTIN_ASSERT(r.tie_blocks_of_row.size() >= kBlockNumbers * ties);
+  Real* to = r.tie_matrix.data();
+  std::size_t row = 0;
+  for (const TieRows& rows : r.tie_sets) {
+    if (rows.count == 0) continue;
+    fill_blocks_of(r, row, static_cast<std::uint32_t>(rows.count), ties);
+    for (int i = 0; i < rows.count; ++i) {
+      const Real* block = r.tie_blocks_of_row.data() + i;
+      for (const TieRows& other : r.tie_sets) {
+        for (int c = 0; c < other.count; ++c) *to++ = block[4 * c];
+        if (other.count > 0) block += kBlockNumbers;
       }
-      std::copy_n(sum, count, &r.tie_matrix[row * n + first]);
     }
+    row += static_cast<std::size_t>(rows.count);
   }
 }
 
