@@ -59,7 +59,7 @@ void split_resting(const SweptSearch& s, Memory& memory) {
   for (Contact& c : scratch.fallen) {
     if (!is_step) break;
     c.active = glm::dot(c.lambda, c.normal) > 0;
-    c.force = c.lambda / (s.h * s.h), c.depth = std::max(Real(0), -c.gap);
+    c.depth = std::max(Real(0), -c.gap);
   }
   merge_into(scratch.before, scratch.woken), merge_into(memory.resting, scratch.fallen);
   sum_up_resting(memory);

@@ -327,6 +327,7 @@ void take_changes(Step& s, Stage stage) {
   }
   compile_if_changed(s.world);
   for (const SolverRow* solver : kSolvers) solver->catch_up(s.world, s.task);
+  list_awake(s.world);
 }
 
 /// Detects contacts between the poses before the step and the predicted ones.

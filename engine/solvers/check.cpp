@@ -158,8 +158,8 @@ void list_impossible(const Plans& owners) {
                 p.body, p.to);
 }
 
-/// Excludes bodies with more exact pins, or joints to fixed bodies, than `lagrangian` can solve
-/// for.
+/// Excludes bodies with more exact pins, joints to fixed bodies, or joints to one other body, than
+/// `lagrangian` can solve for.
 void list_overheld(const Plans& owners) {
   const World& world = owners.world;
   std::vector<std::size_t> pins(world.bodies.size(), 0), joints(pins);
@@ -168,29 +168,35 @@ void list_overheld(const Plans& owners) {
     for (const Entity e : {p.body, p.to})
       if (const std::uint32_t slot = world.bodies.slot(e); slot != kNoSlot) ++pins[slot];
   }
-  for (const Link& l : world.links.values()) {
+  std::vector<PairedJoint> paired;
+  for (std::uint32_t i = 0; i < world.links.size(); ++i) {
+    const Link& l = world.links.values()[i];
     const std::uint32_t a = world.bodies.slot(l.a), b = world.bodies.slot(l.b);
     if (a == kNoSlot || b == kNoSlot) continue;
     const auto is_dynamic = [&](std::uint32_t slot) {
       return world.bodies.values()[slot].motion == Motion::dynamic;
     };
     if (is_dynamic(a) != is_dynamic(b)) ++joints[is_dynamic(a) ? a : b];
+    if (is_dynamic(a) && is_dynamic(b)) paired.push_back({i, a, b});
   }
-  const auto check = [&](std::size_t slot, std::size_t found, const HoldBound& bound) {
-    const Entity e = world.bodies.owners()[slot];
-    const SolverSettings* how = owners.settings(e);
+  const auto tell = [&](Entity body, Entity who, std::size_t found, const HoldBound& bound) {
+    const SolverSettings* how = owners.settings(body);
     if (found <= bound.most || !how || how->solver != Solver::lagrangian) return;
-    owners.partition.faults.push_back(
-        {e,
-         "has " + std::to_string(found) + " " + std::string(bound.what) + ", expected at most " +
-             std::to_string(bound.most) + " under \"lagrangian\"; three already fix a body",
-         StructureFault::impossible, false});
-    owners.stop(e);
+    owners.partition.faults.push_back({who,
+                                       (who == body ? "has " : "is one of ") +
+                                           std::to_string(found) + " " + std::string(bound.what) +
+                                           ", expected at most " + std::to_string(bound.most) +
+                                           " under \"lagrangian\"; three already fix a body",
+                                       StructureFault::impossible, false});
+    owners.stop(body);
   };
   for (std::size_t slot = 0; slot < pins.size(); ++slot) {
-    check(slot, pins[slot], kExactPins);
-    check(slot, joints[slot], kJointsToFixed);
+    const Entity e = world.bodies.owners()[slot];
+    tell(e, e, pins[slot], kExactPins), tell(e, e, joints[slot], kJointsToFixed);
   }
+  for (const JointsOfPair& p : list_crowded_pairs(std::move(paired)))
+    tell(world.bodies.owners()[p.first.a], world.links.owners()[p.first.joint], p.count,
+         kJointsOfPair);
 }
 
 /// Excludes islands with faulty settings, and reports their first body.

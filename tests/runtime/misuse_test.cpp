@@ -215,6 +215,20 @@ TEST_CASE("more joints of a body to fixed ones than can be solved for are told l
   }
 }
 
+TEST_CASE("more joints between two bodies than can be solved for are told likewise") {
+  for (const int count : {128, 129}) {
+    World w;
+    w.default_settings.solver = Solver::lagrangian;
+    const Entity one = w.add_body({}, "one"), other = w.add_body({}, "other");
+    Entity first;
+    for (int i = 0; i < count; ++i) {
+      const Entity link = add_link(w, {other, one, {{0.01 * i, 0, 0}, {0.01 * i, 0, 0}}});
+      if (i == 0) first = link;
+    }
+    check_told(std::move(w), first, count == 129 ? "129 joints between the same two bodies" : "");
+  }
+}
+
 TEST_CASE("more exact pins of a body than can be solved for are told before a step is tried") {
   for (const int count : {64, 65}) {
     World w;
