@@ -177,7 +177,9 @@ void list_overheld(const Plans& owners) {
       return world.bodies.values()[slot].motion == Motion::dynamic;
     };
     if (is_dynamic(a) != is_dynamic(b)) ++joints[is_dynamic(a) ? a : b];
-    if (is_dynamic(a) && is_dynamic(b)) paired.push_back({i, a, b});
+    if (const SolverSettings* how = owners.settings(l.a);
+        is_dynamic(b) && how && how->solver == Solver::lagrangian)
+      paired.push_back({i, a, b});
   }
   const auto tell = [&](Entity body, Entity who, std::size_t found, const HoldBound& bound) {
     const SolverSettings* how = owners.settings(body);

@@ -249,3 +249,19 @@ TEST_CASE("Guides that a cable cannot be led over are refused") {
   CHECK(askew[0].find("two pulleys in different planes, expected them in one plane") !=
         std::string::npos);
 }
+
+TEST_CASE("More joints between two bodies than can be solved for are refused at the first") {
+  const auto joined = [](int count, const char* solver) {
+    std::string joints = "\"solver\": {\"type\": \"" + std::string(solver) + "\"}, \"joints\": [";
+    for (int i = 0; i < count; ++i)
+      joints += std::string(i > 0 ? ",\n" : "\n") + R"({"a": ")" + (i % 2 > 0 ? "a" : "b") +
+                R"(", "b": ")" + (i % 2 > 0 ? "b" : "a") + R"(", "anchor": [0, 0, 0]})";
+    return with_two(joints + "]");
+  };
+  const Lines refused = diagnostics(joined(129, "lagrangian"));
+  REQUIRE(refused.size() == 1);
+  CHECK(refused[0].find("/joints/0: found 129 joints between the bodies \"b\" and \"a\" solved by "
+                        "\"lagrangian\", expected at most 128") != std::string::npos);
+  good(joined(128, "lagrangian"));
+  good(joined(129, "auto"));
+}

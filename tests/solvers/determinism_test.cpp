@@ -110,6 +110,57 @@ std::uint64_t hash_of_stages(const Kernels& k, const World& start, articulated::
 
 }  // namespace
 
+TEST_CASE("products of blocks are those of matrices, with the same bits by all builds") {
+  constexpr std::size_t kColumns = 7, kTies = 3;
+  Random dice(5);
+  const auto numbers = [&](std::size_t count) {
+    std::vector<Real> v(count);
+    for (Real& x : v) x = dice.between(-1, 1);
+    return v;
+  };
+  const std::vector<Real> a = numbers(4 * kColumns), b = numbers(4 * kColumns), to = numbers(12),
+                          row = numbers(12 * kTies);
+  // Ties 0 and 2 have a path through the joint.
+  articulated::PathStep steps[2];
+  steps[0].tie = 0, steps[0].next = 1, steps[1].tie = 2;
+  articulated::PathJoint joint{steps, 0, kTies - 1, true, {}, {}};
+  for (std::size_t i = 0; i < 12; ++i)
+    joint.by_torque[i] = dice.between(-1, 1), joint.by_force[i] = dice.between(-1, 1);
+  for (articulated::PathStep& step : steps)
+    for (std::size_t i = 0; i < 9; ++i)
+      step.torque[i] = dice.between(-1, 1), step.force[i] = dice.between(-1, 1);
+  std::vector<Real> product = to, sums = row, left = a;
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t r = 0; r < 3; ++r) {
+      for (std::size_t k = 0; k < kColumns; ++k) product[4 * c + r] -= a[4 * k + r] * b[4 * k + c];
+      for (const articulated::PathStep& step : steps)
+        for (std::size_t k = 0; k < 3; ++k)
+          sums[12 * step.tie + 4 * c + r] += joint.by_torque[4 * k + r] * step.torque[3 * c + k] +
+                                             joint.by_force[4 * k + r] * step.force[3 * c + k];
+    }
+  for (std::size_t i = 0; i < a.size(); ++i) left[i] -= 0.7 * b[i];
+  std::vector<Real> first[3];
+  const auto check = [&](const Kernels& kernels) {
+    INFO("kernels " << kernels.name);
+    std::vector<Real> results[] = {to, row, a};
+    kernels.subtract_products(results[0].data(), a.data(), b.data(), kColumns);
+    kernels.add_path_responses(joint, results[1].data());
+    kernels.subtract_row(results[2].data(), b.data(), 0.7, a.size() - 1);
+    const std::vector<Real>* const expected[] = {&product, &sums, &left};
+    for (std::size_t n = 0; n < 3; ++n) {
+      // The padding of blocks is free; the last number of a row is left as it was.
+      for (std::size_t i = 0; i < results[n].size(); ++i)
+        if (n == 2 ? i + 1 < a.size() : i % 4 < 3)
+          CHECK(results[n][i] == Approx((*expected[n])[i]).margin(1e-14));
+      if (first[n].empty()) first[n] = results[n];
+      CHECK(results[n] == first[n]);
+    }
+    CHECK(results[2].back() == a.back());
+  };
+  check(articulated::kernels_unoptimised);
+  for (const Kernels* const* k = articulated::all_kernels(); *k; ++k) check(**k);
+}
+
 TEST_CASE("all builds of the kernels give the same bits at every stage") {
   using articulated::Rule;
   const Kernels* const* all = articulated::all_kernels();

@@ -277,3 +277,50 @@ TEST_CASE("a shape that takes the place of a sleeper's is felt by what touches i
   });
   CHECK(most.x - least.x == Approx(0.1).margin(1e-3));
 }
+
+TEST_CASE("a contact keeps the force that was found, whatever the length of the next step") {
+  World w;
+  add_ground(w);
+  const Entity box =
+      add_solid(w, box_shape(Vec3(0.2, 0.1, 0.2)), {{0, 0.1, 0}, kIdentity}, Motion::dynamic);
+  Simulation sim = Simulation::copy_of(w);
+  int falls = 0;  // asleep after so many steps
+  while (!is_asleep(sim.world, box)) REQUIRE((sim.step(), ++falls) < 300);
+  const Real weight = 9.81 * w.bodies[box].mass;
+  for (const Real h : {1.0 / 240, 1.0 / 20})
+    for (int changed = falls - 3; changed <= falls + 1; ++changed) {
+      INFO("a step of " << h << " s after " << changed << " of 1/60 s");
+      Simulation other = Simulation::copy_of(w);
+      for (int i = 0; i < changed; ++i) other.step();
+      other.settings.h = h;
+      for (int i = 0; i < 400 && !is_asleep(other.world, box); ++i) other.step();
+      REQUIRE(is_asleep(other.world, box));
+      for (int i = 0; i < 2; ++i) other.step();
+      Vec3 force(0);
+      each_contact(other.world, [&](const Contact& c) { force += c.force; });
+      CHECK(force.y == Approx(weight).epsilon(1e-6));
+    }
+}
+
+TEST_CASE("the list of who is awake follows bodies that are destroyed within a step") {
+  Stacks s = stacks(2);
+  Simulation sim = at_rest(s.world);
+  send(sim.world, s.ball, {0, 3, 0});
+  bool done = false;
+  const auto destroy = [&](World& world, Real) {
+    if (done) return;
+    done = true;
+    world.destroy(s.boxes[0].front());  // the last body moves to its slot
+    world.destroy(s.ball);
+  };
+  const auto all_there = [](World& world, Real) {
+    for (const std::uint32_t slot : partition_of(world).awake) CHECK(slot < world.bodies.size());
+  };
+  for (int i = 0; i < 3; ++i) sim.step();
+  REQUIRE(partition_of(sim.world).awake.size() == 1);
+  REQUIRE(sim.insert(Stage::before_adjust, destroy));
+  REQUIRE(sim.insert(Stage::after_step, all_there));
+  for (int i = 0; i < 30; ++i) CHECK(sim.step().status == Status::ok);
+  CHECK(done);
+  CHECK(sim.findings().empty());
+}

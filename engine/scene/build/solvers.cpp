@@ -121,15 +121,15 @@ void check_holders(const BuiltScene& built, const std::vector<Solver>& solvers,
       joints.add(built.is_dynamic(j.a) ? j.a : j.b, j.at);
   std::vector<PairedJoint> paired;
   for (std::uint32_t i = 0; i < built.joints.size(); ++i)
-    if (const BuiltJoint& j = built.joints[i]; built.is_dynamic(j.a) && built.is_dynamic(j.b))
+    if (const BuiltJoint& j = built.joints[i];
+        built.is_dynamic(j.a) && built.is_dynamic(j.b) && solvers[j.a] == Solver::lagrangian)
       paired.push_back({i, j.a, j.b});
   for (const JointsOfPair& p : list_crowded_pairs(std::move(paired)))
-    if (solvers[p.first.a] == Solver::lagrangian)
-      messages.error(built.joints[p.first.joint].at, "",
-                     "found " + std::to_string(p.count) + " joints between the bodies \"" +
-                         built.bodies[p.first.a].name + "\" and \"" + built.bodies[p.first.b].name +
-                         "\" solved by \"lagrangian\", expected at most " +
-                         std::to_string(kJointsOfPair.most) + "; three already fix a body");
+    messages.error(built.joints[p.first.joint].at, "",
+                   "found " + std::to_string(p.count) + " joints between the bodies \"" +
+                       built.bodies[p.first.a].name + "\" and \"" + built.bodies[p.first.b].name +
+                       "\" solved by \"lagrangian\", expected at most " +
+                       std::to_string(kJointsOfPair.most) + "; three already fix a body");
   for (const Holders* of : {&pins, &joints})
     for (std::size_t body = 0; body < bodies; ++body)
       if (of->count[body] > of->bound.most && solvers[body] == Solver::lagrangian)

@@ -110,7 +110,7 @@ struct TieEquations {
   std::vector<TieRow> tie_rows;
   std::vector<TieShare> tie_shares;            // in the order of the rows
   std::vector<TiePassing> tie_passing;         // of the longest path
-  std::vector<LoopStep> tie_steps;             // as tie_paths, of ties with rows
+  std::vector<PathStep> tie_steps;             // as tie_paths, of ties with rows
   std::vector<std::uint32_t> tie_step_starts;  // by column: bodies, then places of free roots
   std::vector<Real> tie_blocks_of_row;         // a block for each tie with rows
   std::vector<Real> tie_matrix, tie_solution, tie_largest;

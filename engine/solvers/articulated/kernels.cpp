@@ -38,7 +38,7 @@ const Kernels PANTIN_JOINED(kernels_, PANTIN_KERNELS) = {PANTIN_TEXT(PANTIN_KERN
                                                          kWide,
                                                          lane_numbers,
                                                          scale,
-                                                         add_loop_responses,
+                                                         add_path_responses,
                                                          subtract_products,
                                                          subtract_row};
 

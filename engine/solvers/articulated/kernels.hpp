@@ -177,11 +177,12 @@ struct ConservingLanes {
 
 /// A joint whose response couples one row of blocks to the ties with a path through it. A block is
 /// 3 x 3, its columns padded to four numbers.
-struct LoopJoint {
-  const LoopStep* steps;
+struct PathJoint {
+  const PathStep* steps;
   std::uint32_t first, last_tie;  // its first step; later ties are left out
   bool is_free_root;
-  double by_torque[12], by_force[12];  // blocks: the row's response to torques and forces there
+  double by_torque[kBlockNumbers],
+      by_force[kBlockNumbers];  // blocks: the row's response to torques and forces there
 };
 
 struct Kernels {
@@ -220,7 +221,7 @@ struct Kernels {
   /// Scales all velocities; translation relative to `mean`.
   void (*scale)(const IslandView&, double factor, const double* mean);
   /// Adds to a row of blocks, one for each tie, the products with the steps of a joint.
-  void (*add_loop_responses)(const LoopJoint&, double* row);
+  void (*add_path_responses)(const PathJoint&, double* row);
   /// to -= a b^T of 3 x 3 blocks over `columns` columns, each padded to four numbers.
   void (*subtract_products)(double* to, const double* a, const double* b, std::size_t columns);
   /// to -= factor row.

@@ -131,13 +131,17 @@ struct TiePathStep {
   std::uint32_t column, parent;
 };
 
-/// A joint on the path from a rigid tie, or a body, to its root, in a group with contacts: the
-/// torque at the joint, and at a free root the force, by unit impulses along the world axes; three
-/// columns each. `next` is the step of the next tie at the same joint, in the order of ties.
-struct LoopStep {
+/// Numbers of a 3 x 3 block: each of its columns is padded to four.
+inline constexpr std::size_t kBlockWide = 4, kBlockNumbers = 3 * kBlockWide;
+
+/// A joint on the path from a tie, or a body, to its root. `torque` is the effect there of unit
+/// impulses along the tie's directions, three columns: in groups with contacts the torque, and at a
+/// free root `force` too; in the energy-momentum method the rotation. `next` is the step of the
+/// next tie through the same joint, in the order of ties.
+struct PathStep {
   std::uint32_t node = 0, tie = 0, next = UINT32_MAX;
   double torque[9] = {}, force[9] = {};
 };
-inline constexpr std::uint32_t kNoLoopStep = UINT32_MAX;
+inline constexpr std::uint32_t kNoPathStep = UINT32_MAX;
 
 }  // namespace pantin::detail::articulated

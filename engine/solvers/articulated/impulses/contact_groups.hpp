@@ -23,8 +23,6 @@ struct Dof;
 namespace pantin::detail::articulated {
 
 inline constexpr std::uint32_t kNoNode = UINT32_MAX;
-/// Numbers of a 3 x 3 block in group_loops.cpp: each of its columns is padded to four.
-inline constexpr std::size_t kBlockWide = 4, kBlockNumbers = 3 * kBlockWide;
 
 /// A body in contact during a step: free, in a tree, or fixed or kinematic (inverse mass zero).
 struct GroupBody {
@@ -160,7 +158,7 @@ struct GroupNode : NodeBody, NodeResponse {
   GroupActuator actuator;
   GroupLimit limits[4];
   int unlimited_for = 0;             // substeps in which no limit can be reached
-  std::uint32_t step = kNoLoopStep;  // of the first tie through its joint (group_loops.cpp)
+  std::uint32_t step = kNoPathStep;  // of the first tie through its joint (group_loops.cpp)
   Wrench reaction;  // of the step: N s through the joint; the torque about it, without springs
 };
 
@@ -302,7 +300,7 @@ struct Group {
   std::span<GroupRolling> rollings;
   std::span<GroupLoops> loops;
   std::span<LoopedBody> looped;
-  std::span<LoopStep> path_steps;
+  std::span<PathStep> path_steps;
   std::span<Real> numbers;  // of loops, or of a group that rests
   // Of a group that rests:
   std::span<RestBody> resting;
@@ -481,7 +479,7 @@ struct GroupScratch {
   std::vector<GroupRolling> rollings;
   std::vector<GroupLoops> loops;
   std::vector<LoopedBody> looped;
-  std::vector<LoopStep> path_steps;
+  std::vector<PathStep> path_steps;
   std::vector<RestBody> resting;
   std::vector<RestContact> rest_contacts;  // as `contacts`
   std::vector<EnvelopeRow> rest_rows;

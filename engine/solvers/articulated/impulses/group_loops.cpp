@@ -59,7 +59,7 @@ Wrenches passed_on(const GroupNode& n, const Wrenches& f) {
 }
 
 /// Adds a joint to a path and moves on to the parent; true while there is a parent.
-bool climb(const Group& g, std::uint32_t& node, Wrenches& f, LoopStep*& to) {
+bool climb(const Group& g, std::uint32_t& node, Wrenches& f, PathStep*& to) {
   const GroupNode& n = g.nodes[node];
   PANTIN_ASSERT(to < g.path_steps.data() + g.path_steps.size());
   to->node = node;
@@ -77,8 +77,8 @@ std::uint32_t node_of(const Group& g, std::uint32_t body) { return g.bodies[body
 
 /// The paths of a tie's two ends to the root, merged from their lowest common ancestor on.
 void find_way(const Group& g, GroupTie& t) {
-  LoopStep* const begin = g.path_steps.data() + t.first_step;
-  LoopStep* to = begin;
+  PathStep* const begin = g.path_steps.data() + t.first_step;
+  PathStep* to = begin;
   std::uint32_t a = node_of(g, t.a), b = node_of(g, t.b);
   Wrenches fa{Mat3(-1), -cross_matrix(t.arm_a)}, fb{Mat3(1), cross_matrix(t.arm_b)};
   const bool one_tree = a != kNoNode && b != kNoNode && g.nodes[a].tree == g.nodes[b].tree;
@@ -99,18 +99,18 @@ void find_way(const Group& g, GroupTie& t) {
   t.steps = static_cast<std::uint32_t>(to - begin);
 }
 
-std::span<LoopStep> way_of(const Group& g, const GroupTie& t) {
+std::span<PathStep> way_of(const Group& g, const GroupTie& t) {
   return g.path_steps.subspan(t.first_step, t.steps);
 }
 
 /// Lists the steps of all ties by joint.
 void list_steps(const Group& g, const GroupLoops& l) {
   for (const GroupTree& t : g.trees.subspan(l.first_tree, l.trees))
-    for (std::uint32_t i = t.first; i < t.first + t.count; ++i) g.nodes[i].step = kNoLoopStep;
+    for (std::uint32_t i = t.first; i < t.first + t.count; ++i) g.nodes[i].step = kNoPathStep;
   for (std::uint32_t i = l.ties; i-- > 0;) {
     const GroupTie& t = ties_of(g, l)[i];
     for (std::uint32_t k = t.first_step; k < t.first_step + t.steps; ++k) {
-      LoopStep& step = g.path_steps[k];
+      PathStep& step = g.path_steps[k];
       GroupNode& n = g.nodes[step.node];
       step.tie = i, step.next = n.step, n.step = k;
     }
@@ -127,11 +127,11 @@ Mat3 transposed(const Real (&m)[9]) {
 
 /// Adds the response of the ties up to `last`, one block each, to impulses with the given path: the
 /// sum of T^T m T over the joints that the paths share.
-void add_responses(const Group& g, std::span<const LoopStep> path, std::uint32_t last, Real* row) {
-  for (const LoopStep& s : path) {
+void add_responses(const Group& g, std::span<const PathStep> path, std::uint32_t last, Real* row) {
+  for (const PathStep& s : path) {
     const GroupNode& n = g.nodes[s.node];
     const Mat3 torque = transposed(s.torque);
-    LoopJoint joint{g.path_steps.data(), n.step, last, n.free_root, {}, {}};
+    PathJoint joint{g.path_steps.data(), n.step, last, n.free_root, {}, {}};
     if (n.free_root) {
       const Mat3 force = transposed(s.force);
       const Response& r = n.response;
@@ -140,7 +140,7 @@ void add_responses(const Group& g, std::span<const LoopStep> path, std::uint32_t
     } else {
       set_block(joint.by_torque, torque * n.mobility);
     }
-    kernels().add_loop_responses(joint, row);
+    kernels().add_path_responses(joint, row);
   }
 }
 
@@ -355,7 +355,7 @@ void prepare_looped(const Group& g, std::uint32_t body) {
   Real* const by_torque = by_force + l.ties * width;
   for (Real* row : {by_force, by_torque}) {
     const bool force = row == by_force;
-    LoopStep* to = g.path_steps.data() + l.first_step;
+    PathStep* to = g.path_steps.data() + l.first_step;
     Wrenches f{Mat3(force ? 1.0 : 0.0), Mat3(force ? 0.0 : 1.0)};
     std::uint32_t node = b.node;
     while (climb(g, node, f, to)) {

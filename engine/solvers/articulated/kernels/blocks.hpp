@@ -1,6 +1,7 @@
 #pragma once
 /// Products of 3 x 3 blocks whose columns are padded to four numbers (impulses/group_loops.cpp),
 /// and row operations of dense elimination (smooth/tie_equations.cpp).
+#include "engine/solvers/articulated/kernels.hpp"
 #include "engine/solvers/articulated/kernels/vectors.hpp"
 
 namespace pantin::detail::articulated {
@@ -9,8 +10,12 @@ namespace {
 /// Three columns of a block.
 struct BlockColumns {
   Four at[3];
-  INLINE static BlockColumns from(const double* p) { return {{load(p), load(p + 4), load(p + 8)}}; }
-  INLINE void put(double* p) const { store(p, at[0]), store(p + 4, at[1]), store(p + 8, at[2]); }
+  INLINE static BlockColumns from(const double* p) {
+    return {{load(p), load(p + kBlockWide), load(p + 2 * kBlockWide)}};
+  }
+  INLINE void put(double* p) const {
+    store(p, at[0]), store(p + kBlockWide, at[1]), store(p + 2 * kBlockWide, at[2]);
+  }
   /// Adds left * right; `right` holds three columns of three numbers.
   INLINE void add(const BlockColumns& left, const double* right) {
     for (int c = 0; c < 3; ++c)
@@ -19,13 +24,13 @@ struct BlockColumns {
   }
 };
 
-void add_loop_responses(const LoopJoint& joint, double* row) {
+void add_path_responses(const PathJoint& joint, double* row) {
   const BlockColumns by_torque = BlockColumns::from(joint.by_torque),
                      by_force = BlockColumns::from(joint.by_force);
-  for (std::uint32_t k = joint.first; k != kNoLoopStep; k = joint.steps[k].next) {
-    const LoopStep& step = joint.steps[k];
+  for (std::uint32_t k = joint.first; k != kNoPathStep; k = joint.steps[k].next) {
+    const PathStep& step = joint.steps[k];
     if (step.tie > joint.last_tie) break;
-    double* const to = row + 12 * step.tie;
+    double* const to = row + kBlockNumbers * step.tie;
     BlockColumns sum = BlockColumns::from(to);
     sum.add(by_torque, step.torque);
     if (joint.is_free_root) sum.add(by_force, step.force);
@@ -38,8 +43,9 @@ void subtract_products(double* to, const double* a, const double* b, std::size_t
   BlockColumns sums[2] = {};
   std::size_t k = 0;
   const auto add = [&](BlockColumns& sum) {
-    const Four left = load(a + 4 * k);
-    for (int c = 0; c < 3; ++c) sum.at[c] = sum.at[c] + b[4 * k + c] * left;
+    const Four left = load(a + kBlockWide * k);
+    for (int c = 0; c < 3; ++c)
+      sum.at[c] = sum.at[c] + b[kBlockWide * k + static_cast<std::size_t>(c)] * left;
     ++k;
   };
   while (k + 1 < columns) add(sums[0]), add(sums[1]);

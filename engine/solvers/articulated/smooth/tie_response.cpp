@@ -212,7 +212,7 @@ void reserve_tie_rows(Island& a) {
     longest = std::max(longest, r.tie_path_starts[tie + 1] - r.tie_path_starts[tie]);
   r.tie_passing.assign(longest, {}), r.tie_shares.assign(3 * r.tie_paths.size(), {});
   r.tie_rows.reserve(3 * tie_count(a));
-  r.tie_steps.assign(r.tie_paths.size(), {}), r.tie_step_starts.assign(2 * a.count(), kNoLoopStep);
+  r.tie_steps.assign(r.tie_paths.size(), {}), r.tie_step_starts.assign(2 * a.count(), kNoPathStep);
   r.tie_blocks_of_row.assign(kBlockNumbers * tie_count(a), 0);
 }
 
@@ -221,10 +221,11 @@ namespace {
 /// Lists the steps of all ties with rows by column, with the rotations that their rows cause there.
 /// Ties are numbered by these lists. Returns their number.
 std::uint32_t list_steps(StepScratch& r) {
-  std::fill(r.tie_step_starts.begin(), r.tie_step_starts.end(), kNoLoopStep);
+  std::fill(r.tie_step_starts.begin(), r.tie_step_starts.end(), kNoPathStep);
   std::uint32_t number = 0;
   for (const TieRows& rows : r.tie_sets) number += rows.count > 0;
   const std::uint32_t all = number;
+  const std::uint32_t columns = all == r.tie_rows.size() ? 1 : 3;  // of the widest rows
   auto row = static_cast<std::uint32_t>(r.tie_rows.size());
   for (std::size_t tie = r.ties.size(); tie-- > 0;) {
     const auto count = static_cast<std::uint32_t>(r.tie_sets[tie].count);
@@ -232,10 +233,10 @@ std::uint32_t list_steps(StepScratch& r) {
     row -= count, --number;
     const TieRow& first = r.tie_rows[row];
     for (std::uint32_t k = 0; k < first.count; ++k) {
-      LoopStep& step = r.tie_steps[first.path + k];
+      PathStep& step = r.tie_steps[first.path + k];
       std::uint32_t& start = r.tie_step_starts[r.tie_paths[first.path + k].column];
       step.tie = number, step.next = start, start = first.path + k;
-      for (std::uint32_t c = 0; c < 3; ++c)
+      for (std::uint32_t c = 0; c < columns; ++c)
         for (int n = 0; n < 3; ++n)
           step.torque[3 * c + static_cast<std::uint32_t>(n)] =
               c < count ? r.tie_shares[first.share + c * first.count + k].turn[n] : 0;
@@ -250,17 +251,35 @@ void fill_blocks_of(StepScratch& r, std::size_t row, std::uint32_t count, std::u
   std::fill_n(blocks, kBlockNumbers * ties, Real(0));
   const TieRow& first = r.tie_rows[row];
   for (std::uint32_t k = 0; k < first.count; ++k) {
-    LoopJoint at{r.tie_steps.data(),
+    PathJoint at{r.tie_steps.data(),
                  r.tie_step_starts[r.tie_paths[first.path + k].column],
                  ties,
                  false,
                  {},
                  {}};
     for (std::uint32_t c = 0; c < count; ++c)
-      for (int n = 0; n < 3; ++n)
-        at.by_torque[4 * n + static_cast<int>(c)] =
-            r.tie_shares[first.share + c * first.count + k].by_turn[n];
-    kernels().add_loop_responses(at, blocks);
+      for (std::uint32_t n = 0; n < 3; ++n)
+        at.by_torque[kBlockWide * n + c] =
+            r.tie_shares[first.share + c * first.count + k].by_turn[static_cast<int>(n)];
+    kernels().add_path_responses(at, blocks);
+  }
+}
+
+/// The matrix of ties that have one row each, as cables do: an entry is a number, not a block.
+void fill_single_rows(StepScratch& r, std::size_t n) {
+  Real* to = r.tie_matrix.data();
+  for (const TieRow& row : r.tie_rows) {
+    std::fill_n(to, n, Real(0));
+    for (std::uint32_t k = 0; k < row.count; ++k) {
+      const Vec3 by = r.tie_shares[row.share + k].by_turn;
+      const PathStep* step = nullptr;
+      for (std::uint32_t s = r.tie_step_starts[r.tie_paths[row.path + k].column]; s != kNoPathStep;
+           s = step->next) {
+        step = &r.tie_steps[s];
+        to[step->tie] += by.x * step->torque[0] + by.y * step->torque[1] + by.z * step->torque[2];
+      }
+    }
+    to += n;
   }
 }
 
@@ -274,6 +293,7 @@ void fill_tie_matrix(Island& a, Arms arms, std::size_t n) {
     fill_all_shares(a, StiffNodes{r}, arms);
   PANTIN_ASSERT(n == r.tie_rows.size() && r.tie_matrix.size() >= n * n);
   const std::uint32_t ties = list_steps(r);
+  if (n == ties) return fill_single_rows(r, n);
   PANTIN_ASSERT(r.tie_blocks_of_row.size() >= kBlockNumbers * ties);
   Real* to = r.tie_matrix.data();
   std::size_t row = 0;
@@ -283,7 +303,8 @@ void fill_tie_matrix(Island& a, Arms arms, std::size_t n) {
     for (int i = 0; i < rows.count; ++i) {
       const Real* block = r.tie_blocks_of_row.data() + i;
       for (const TieRows& other : r.tie_sets) {
-        for (int c = 0; c < other.count; ++c) *to++ = block[4 * c];
+        for (int c = 0; c < other.count; ++c)
+          *to++ = block[kBlockWide * static_cast<std::size_t>(c)];
         if (other.count > 0) block += kBlockNumbers;
       }
     }
