@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Checks who includes whom: base <- { nurbs, modes }, nurbs <- geometry <- joints <- world,
-{ world, modes } <- scene, world <- contact <- { solvers, render }, modes <- solvers, solvers <- runtime <- pantin <- demos,
+{ world, modes } <- scene, world <- contact <- { solvers, render }, modes <- solvers, solvers <- { assembly, runtime } <- pantin <- demos,
 tests, tools. Names every offending line; exit code 1 if there is one.
 
 usage: check_rooms.py [ROOT]     ROOT: the repository, by default the one this file lies in
@@ -13,8 +13,8 @@ BELOW = {"base": []}
 for room, last in [("nurbs", ["base"]), ("modes", ["base"]), ("geometry", ["nurbs"]),
                    ("joints", ["geometry"]), ("world", ["joints"]),
                    ("contact", ["world"]), ("solvers", ["contact", "modes"]), ("scene", ["world", "modes"]),
-                   ("render", ["contact"]), ("runtime", ["solvers"]),
-                   ("pantin", ["runtime", "scene", "render"])]:
+                   ("render", ["contact"]), ("assembly", ["solvers"]), ("runtime", ["solvers"]),
+                   ("pantin", ["assembly", "runtime", "scene", "render"])]:
     BELOW[room] = sorted({r for l in last for r in [l, *BELOW[l]]})
 
 # Libraries that are one place's own business. The core rooms know glm, and that through one file.

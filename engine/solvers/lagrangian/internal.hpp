@@ -34,6 +34,8 @@ void update_kinematics(Island& m);
 void regularise_inertia(Island& m, Real least);
 /// Evaluates the rows of all blocks. Inactive limits have a zero Jacobian.
 void write_all_rows(const World& world, Island& m, Want want);
+/// The same for one block. Rolling is written with the surface block before it.
+void write_block(const World& world, Island& m, std::size_t block, Want want);
 /// Poses and twists of frames at the fraction `part` (0 to 1) of a step of `h` that ends at
 /// World::time + h. Their accelerations follow those of the bodies in `scratch.motion`.
 void update_frames(const World& world, Island& m, Real part, Real h);
@@ -185,6 +187,13 @@ bool advance(const World& world, Island& m, const Span& span);
 void begin_active_set(const World& world, Island& m);
 /// A step with limits: to the first event, then the remainder.
 bool advance_among_limits(World& world, Island& m, Real h);
+
+/// Reference for counting revolutions: the last known coordinate; or the nearest revolution, unless
+/// the travel of a screw or rack determines it.
+enum class CountFrom : std::uint8_t { last, nearest };
+/// Updates BlockMemory::before of gears, belts, screws and limited angles at the current
+/// kinematics. With `nearest`, gears without an offset take it from the current poses.
+void count_turns(const World& world, Island& m, CountFrom from);
 
 /// Prepares a copy of an island as at the start of a step, before any step was taken.
 void place_for_inspection(const World& world, Island& m, Real h);

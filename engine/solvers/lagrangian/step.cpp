@@ -71,11 +71,8 @@ Real value_of(const World& world, const Island& m, const GearSide& side, Real be
   return c;
 }
 
-/// Reference for counting revolutions: the last known coordinate; or the nearest revolution, unless
-/// the travel of a screw or rack determines it.
-enum class CountFrom : std::uint8_t { last, nearest };
+}  // namespace
 
-/// Updates the coordinates, counting whole revolutions.
 void count_turns(const World& world, Island& m, CountFrom from) {
   const bool anew = from == CountFrom::nearest;
   PANTIN_ASSERT(m.memory.size() == m.blocks.size());
@@ -134,6 +131,8 @@ void count_turns(const World& world, Island& m, CountFrom from) {
     e.before = coordinate_row(world, m, e).value;
   }
 }
+
+namespace {
 
 /// First step of an island, or first step after a change by the caller: projection onto the
 /// constraints.

@@ -260,53 +260,54 @@ void update_frames(const World& world, Island& m, Real part, Real h) {
   }
 }
 
-void write_all_rows(const World& world, Island& m, Want want) {
+void write_block(const World& world, Island& m, std::size_t i, Want want) {
   StepScratch& scratch = m.scratch;
-  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
-    const Block& b = m.blocks[i];
-    Vec3* j = &scratch.jacobian[b.first_vector];
-    const RowsOut out{want.c ? &scratch.c[b.first_row] : nullptr, b.point ? nullptr : j,
-                      want.gamma ? &scratch.gamma[b.first_row] : nullptr, b.point ? j : nullptr};
-    const auto at = [&](int k) -> const BodyState& { return scratch.body_states[b.body[k]]; };
-    switch (b.kind) {
-      case BlockKind::joint:
-        write_rows({world.links.values()[b.source].joint, at(0), at(1), m.memory[i].before[0]},
-                   out);
+  PANTIN_ASSERT(i < m.blocks.size());
+  const Block& b = m.blocks[i];
+  Vec3* j = &scratch.jacobian[b.first_vector];
+  const RowsOut out{want.c ? &scratch.c[b.first_row] : nullptr, b.point ? nullptr : j,
+                    want.gamma ? &scratch.gamma[b.first_row] : nullptr, b.point ? j : nullptr};
+  const auto at = [&](int k) -> const BodyState& { return scratch.body_states[b.body[k]]; };
+  switch (b.kind) {
+    case BlockKind::joint:
+      write_rows({world.links.values()[b.source].joint, at(0), at(1), m.memory[i].before[0]}, out);
+      break;
+    case BlockKind::pin:
+      write_rows({joint_of_pin(world.pins.values()[b.source]), at(0), at(1)}, out);
+      break;
+    case BlockKind::gear:
+      write_gear(world, m, b, m.memory[i]);
+      break;
+    case BlockKind::belt:
+      write_belt(world, m, i, out);
+      break;
+    case BlockKind::limit:
+    case BlockKind::cable:
+      write_limit(world, m, i);
+      break;
+    case BlockKind::surface:
+      write_surface(world, m, i, want);
+      break;
+    case BlockKind::roll:
+      break;  // written with the block before
+    case BlockKind::spring:
+      if (!scratch.springs_active) {
+        std::fill(out.j, out.j + 4, Vec3(0));
         break;
-      case BlockKind::pin:
-        write_rows({joint_of_pin(world.pins.values()[b.source]), at(0), at(1)}, out);
-        break;
-      case BlockKind::gear:
-        write_gear(world, m, b, m.memory[i]);
-        break;
-      case BlockKind::belt:
-        write_belt(world, m, i, out);
-        break;
-      case BlockKind::limit:
-      case BlockKind::cable:
-        write_limit(world, m, i);
-        break;
-      case BlockKind::surface:
-        write_surface(world, m, i, want);
-        break;
-      case BlockKind::roll:
-        break;  // written with the block before
-      case BlockKind::spring:
-        if (!scratch.springs_active) {
-          std::fill(out.j, out.j + 4, Vec3(0));
-          break;
-        }
-        write_coordinate(
-            {world.links.values()[b.source].joint, at(0), at(1), m.memory[i].before[0]},
-            b.coordinate, out);
-        break;
-      case BlockKind::elastic_cable:
-      case BlockKind::elastic_pin:
-      case BlockKind::joint_torque:
-        write_compliant(world, m, b);
-        break;
-    }
+      }
+      write_coordinate({world.links.values()[b.source].joint, at(0), at(1), m.memory[i].before[0]},
+                       b.coordinate, out);
+      break;
+    case BlockKind::elastic_cable:
+    case BlockKind::elastic_pin:
+    case BlockKind::joint_torque:
+      write_compliant(world, m, b);
+      break;
   }
+}
+
+void write_all_rows(const World& world, Island& m, Want want) {
+  for (std::size_t i = 0; i < m.blocks.size(); ++i) write_block(world, m, i, want);
 }
 
 void add_forces(const World& world, Island& m, Torques torques) {

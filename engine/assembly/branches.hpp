@@ -1,0 +1,16 @@
+#pragma once
+/// Spurious roots of the rows of joints: an axis opposed to the one it should coincide with.
+#include <vector>
+
+#include "engine/assembly/problem.hpp"
+
+namespace pantin::detail::assembly {
+
+/// Blocks of joints on a spurious branch at the current poses.
+std::vector<std::uint32_t> wrong_branches(const World& world, const Part& part);
+
+/// Turns the bodies on one side of a joint by half a turn about one of its axes through its anchor,
+/// so that it is on the right branch: all that hang on that side alone, or its body only.
+void turn_over(const World& world, Part& part, std::uint32_t block);
+
+}  // namespace pantin::detail::assembly

@@ -1,0 +1,121 @@
+#include "engine/assembly/descent.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/rotation.hpp"
+
+namespace pantin::detail::assembly {
+namespace {
+
+/// rad: the largest rotation of one step; a linear model of rotations serves up to about that.
+constexpr Real kMostTurn = 0.5;
+/// Damping at the start, its factors after a success and after a failure, and its bounds.
+constexpr Real kFirstDamping = 1e-2, kEase = 0.2, kStiffen = 4, kLeast = 1e-12, kMost = 1e8;
+/// Below this residual (of lengths at the size of the arms) Gauss-Newton steps are tried.
+constexpr Real kNear = 1e-2;
+/// Relative slope of a stationary point, and the number of perturbations that are tried there.
+constexpr Real kFlat = 1e-8;
+constexpr int kMostPerturbations = 2;
+constexpr Real kPerturbation = 1e-3;
+/// Steps in a row with a relative decrease below kNoDecrease end the descent.
+constexpr Real kNoDecrease = 1e-7;
+constexpr int kMostIdle = 8;
+/// Further steps once the residual is within the tolerance, while each at least halves it.
+constexpr int kPolish = 3;
+
+/// Takes the solved step. False, and the poses are as before, if the merit does not fall.
+bool take(Descent& d, Real merit) {
+  lagrangian::StepScratch& scratch = d.part.m.scratch;
+  scratch.from = scratch.state;
+  const Real turn = turn_of(d.part);
+  move(d.part, turn > kMostTurn ? kMostTurn / turn : 1);
+  look(d.world, d.part);
+  if (merit_of(d.part) < merit) {
+    count(d.world, d.part);
+    return true;
+  }
+  scratch.state = scratch.from;
+  look(d.world, d.part);
+  return false;
+}
+
+/// Reduces the residual from the tolerance to rounding.
+void polish(Descent& d) {
+  for (int n = 0; n < kPolish; ++n) {
+    const Real merit = merit_of(d.part);
+    if (merit == 0) return;
+    solve_step(d.part, kLeast);
+    if (!take(d, 0.25 * merit)) return;
+  }
+}
+
+Ending descend(Descent& d, bool ends_by_newton) {
+  Real damping = kFirstDamping;
+  bool tries_newton = ends_by_newton;
+  int idle = 0;
+  for (;;) {
+    if (d.note(damping)) {
+      polish(d);
+      return Ending::closed;
+    }
+    const Real merit = merit_of(d.part);
+    if (slope_of(d.part) < kFlat || damping > kMost || idle >= kMostIdle) {
+      if (d.perturbations >= kMostPerturbations) return Ending::stationary;
+      d.perturb();
+      damping = kFirstDamping, idle = 0;
+      continue;
+    }
+    if (d.iterations >= d.effort.iterations) return Ending::unfinished;
+    ++d.iterations;
+    const bool newton = tries_newton && worst_of(d.part) < kNear;
+    solve_step(d.part, newton ? kLeast : damping);
+    const bool good = take(d, merit);
+    if (newton) {
+      tries_newton = good;
+      if (!good) damping = std::max(damping, kFirstDamping);
+    } else {
+      damping = good ? std::max(kEase * damping, kLeast) : kStiffen * damping;
+      tries_newton = ends_by_newton && good;
+    }
+    if (good) idle = merit_of(d.part) > (1 - kNoDecrease) * merit ? idle + 1 : 0;
+  }
+}
+
+}  // namespace
+
+bool Descent::note(Real damping) {
+  const Real worst = worst_of(part);
+  if (watch) watch({&part, iterations, worst, merit_of(part), damping});
+  return worst <= effort.tolerance;
+}
+
+void Descent::perturb() {
+  ++perturbations;
+  lagrangian::Motions& s = part.m.scratch.state;
+  for (std::size_t b = 0; b < part.m.count(); ++b) {
+    s.q[b] = glm::normalize(from_rotation_vector(kPerturbation * random.direction()) * s.q[b]);
+    s.x[b] += kPerturbation * std::sqrt(part.m.inertia[b].x) * random.direction();
+  }
+  look(world, part);
+}
+
+Ending descend_auto(Descent& d) { return descend(d, true); }
+Ending descend_levenberg(Descent& d) { return descend(d, false); }
+
+Ending descend_gauss_newton(Descent& d) {
+  for (;; ++d.iterations) {
+    if (d.note(0)) {
+      polish(d);
+      return Ending::closed;
+    }
+    if (d.iterations >= d.effort.iterations) return Ending::unfinished;
+    solve_step(d.part, kLeast);
+    const Real turn = turn_of(d.part);
+    move(d.part, turn > kMostTurn ? kMostTurn / turn : 1);
+    look(d.world, d.part), count(d.world, d.part);
+    if (!std::isfinite(worst_of(d.part))) return Ending::unfinished;
+  }
+}
+
+}  // namespace pantin::detail::assembly

@@ -1,0 +1,62 @@
+#pragma once
+/// The laws of a World that fix poses, as a least-squares problem in the poses of its bodies.
+///
+///   minimise  sum of C_r^2 / D_r      C: rows of the Lagrangian solver, one-sided ones where violated
+///
+/// Steps are least in the metric W^-1 of poses: a displacement counts 1, a rotation the square of
+/// the body's arm. D_r is the row's diagonal of J W J^T for unit directions, so residuals of angles
+/// count as lengths at the arm.
+#include <span>
+#include <vector>
+
+#include "engine/solvers/lagrangian/internal.hpp"
+
+namespace pantin::detail::assembly {
+
+/// One island: bodies that laws connect.
+struct Part {
+  lagrangian::Island m;     // mass 1, inertia arm^2: the metric of poses
+  std::vector<Real> units;  // by row: D
+  std::vector<Real> bounds;  // by block: of gears without an offset, from the first poses
+};
+
+struct Problem {
+  World world;  // a copy; held bodies are fixed, all are of the Lagrangian solver
+  std::vector<Part> parts;
+};
+
+/// Prepares the problem of a World, `held` bodies where they are. The poses are those of the World.
+Problem make_problem(const World& world, std::span<const Entity> held);
+
+/// A pose of every body of a part, in its order.
+using Poses = std::vector<Pose>;
+Poses poses_of(const Part& part);
+/// Sets poses and evaluates the rows there. Whole revolutions are counted from these poses.
+void set_poses(const World& world, Part& part, std::span<const Pose> poses);
+
+/// Evaluates all rows at the current poses. Then one-sided rows are active where they are violated,
+/// or where they were active and their multiplier of the last step kept them.
+void look(const World& world, Part& part);
+/// Whole revolutions of the poses that were accepted.
+void count(const World& world, Part& part);
+/// Whether a row adds to the residual: active, and violated if it is one-sided.
+bool counts(const Part& part, std::size_t block);
+/// Half the weighted sum of squares, m^2.
+Real merit_of(const Part& part);
+/// The largest residual, m or rad.
+Real worst_of(const Part& part);
+/// |J^T D^-1 C| relative to |C|, in the metrics of both: 0 at a stationary point.
+Real slope_of(Part& part);
+
+/// Solves (J W J^T + damping D) lambda = -C and finds the step W J^T lambda, into
+/// scratch.solution. [Levenberg 1944, in dual form]
+void solve_step(Part& part, Real damping);
+/// The largest rotation of the step, rad.
+Real turn_of(const Part& part);
+/// Displaces all bodies by a fraction of the step.
+void move(Part& part, Real fraction);
+
+/// Writes the poses of a part to a World with the same bodies.
+void write_poses(const Part& part, World& world);
+
+}  // namespace pantin::detail::assembly
