@@ -39,6 +39,7 @@ struct Assembling {
 bool Assembling::attempt() {
   const Method& method = choices.method ? *choices.method : methods().front();
   const int most = kMostTurned + static_cast<int>(part.m.blocks.size());
+  report.turned_over += face(world, part);
   for (int turned = 0;; ++turned) {
     Descent d{world, part, choices.effort, random, choices.watch};
     const Ending ending = method.descend(d);

@@ -48,39 +48,83 @@ std::vector<std::uint32_t> wrong_branches(const World& world, const Part& part) 
   return found;
 }
 
+namespace {
+
+/// One body of a joint.
+struct JointEnd {
+  std::uint32_t block;
+  int end;  // 0: a, 1: b
+};
+
+/// The half turn of that body, world axes, after which the joint is on the right branch.
+Quat half_turn(const World& world, const Part& part, const JointEnd& of) {
+  const Block& b = part.m.blocks[of.block];
+  const Joint& joint = world.links.values()[b.source].joint;
+  const auto& at = part.m.scratch.body_states;
+  const Quat one = at[b.body[0]].rotation, two = at[b.body[1]].rotation;
+  const Quat axes = one * joint.frames.a();
+  Quat half;
+  for (const int axis : {1, 2, 0}) {
+    Vec3 unit(0);
+    unit[axis] = 1;
+    half = from_rotation_vector(kPi * (axes * unit));
+    if (on_right_branch(joint, of.end == 0 ? half * one : one, of.end == 1 ? half * two : two))
+      break;
+  }
+  return half;
+}
+
+void turn(Part& part, std::span<const std::uint32_t> side, Quat by, Vec3 centre) {
+  lagrangian::Motions& s = part.m.scratch.state;
+  for (const std::uint32_t body : side) {
+    s.x[body] = centre + by * (s.x[body] - centre);
+    s.q[body] = glm::normalize(by * s.q[body]);
+  }
+}
+
+}  // namespace
+
 void turn_over(const World& world, Part& part, std::uint32_t block) {
   Island& m = part.m;
   const Block& b = m.blocks[block];
   const Joint& joint = world.links.values()[b.source].joint;
-  const auto& at = m.scratch.body_states;
-  const BodyState &one = at[b.body[0]], &two = at[b.body[1]];
-  const auto is_free = [&](int k) { return b.body[k] < m.count(); };
-  std::vector<std::uint32_t> side, side_of_a;
-  if (is_free(1)) side = side_of(m, b, b.body[1], b.body[0]);
-  if (is_free(0)) side_of_a = side_of(m, b, b.body[0], b.body[1]);
+  const auto side = [&](int end) {
+    return b.body[end] < m.count() ? side_of(m, b, b.body[end], b.body[1 - end])
+                                   : std::vector<std::uint32_t>{};
+  };
+  const std::vector<std::uint32_t> of_a = side(0), of_b = side(1);
   // Whole sides stay closed; of two the smaller one.
-  const bool takes_a = side.empty() || (side_of_a.size() > 1 && (side.size() == 1 ||
-                                                                side_of_a.size() < side.size()));
-  if (takes_a) side = side_of_a;
-  const BodyState& moves = takes_a ? one : two;
-  const Vec3 centre =
-      moves.position + moves.rotation_matrix * (takes_a ? joint.anchor_a : joint.anchor_b);
-  const Quat axes = one.rotation * joint.frames.a();
-  for (const int axis : {1, 2, 0}) {
-    Vec3 unit(0);
-    unit[axis] = 1;
-    const Quat half = from_rotation_vector(kPi * (axes * unit));
-    if (axis != 0 && !on_right_branch(joint, takes_a ? half * one.rotation : one.rotation,
-                                      takes_a ? two.rotation : half * two.rotation))
-      continue;
-    lagrangian::Motions& s = m.scratch.state;
-    for (const std::uint32_t body : side) {
-      s.x[body] = centre + half * (s.x[body] - centre);
-      s.q[body] = glm::normalize(half * s.q[body]);
-    }
-    break;
-  }
+  const bool takes_a =
+      of_b.empty() || (of_a.size() > 1 && (of_b.size() == 1 || of_a.size() < of_b.size()));
+  const int end = takes_a ? 0 : 1;
+  const BodyState& moves = m.scratch.body_states[b.body[end]];
+  const Vec3 centre = moves.position +
+                      moves.rotation_matrix * (takes_a ? joint.anchor_a : joint.anchor_b);
+  turn(part, takes_a ? of_a : of_b, half_turn(world, part, {block, end}), centre);
   look(world, part), count(world, part);
+}
+
+int face(const World& world, Part& part) {
+  constexpr int kPasses = 3;
+  int turned = 0;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    const std::vector<std::uint32_t> wrong = wrong_branches(world, part);
+    for (const std::uint32_t i : wrong) {
+      const Block& b = part.m.blocks[i];
+      const auto& at = part.m.scratch.body_states;
+      if (on_right_branch(world.links.values()[b.source].joint, at[b.body[0]].rotation,
+                          at[b.body[1]].rotation))
+        continue;
+      const int end = b.body[1] < part.m.count() ? 1 : 0;
+      const std::uint32_t body = b.body[end];
+      turn(part, {&body, 1}, half_turn(world, part, {i, end}), part.m.scratch.state.x[body]);
+      ++turned;
+      lagrangian::update_kinematics(part.m);
+    }
+    if (wrong.empty()) break;
+  }
+  if (turned > 0) look(world, part), count(world, part);
+  return turned;
 }
 
 }  // namespace pantin::detail::assembly

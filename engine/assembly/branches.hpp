@@ -13,4 +13,8 @@ std::vector<std::uint32_t> wrong_branches(const World& world, const Part& part);
 /// so that it is on the right branch: all that hang on that side alone, or its body only.
 void turn_over(const World& world, Part& part, std::uint32_t block);
 
+/// Turns single bodies by half a turn where the nearest root of a joint is a spurious one, in the
+/// order of joints. Returns the number of turns.
+int face(const World& world, Part& part);
+
 }  // namespace pantin::detail::assembly

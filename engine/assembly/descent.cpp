@@ -9,7 +9,7 @@ namespace pantin::detail::assembly {
 namespace {
 
 /// rad: the largest rotation of one step; a linear model of rotations serves up to about that.
-constexpr Real kMostTurn = 0.5;
+constexpr Real kMostTurn = 1;
 /// Damping at the start, its factors after a success and after a failure, and its bounds.
 constexpr Real kFirstDamping = 1e-2, kEase = 0.2, kStiffen = 4, kLeast = 1e-12, kMost = 1e8;
 /// Below this residual (of lengths at the size of the arms) Gauss-Newton steps are tried.
@@ -21,6 +21,7 @@ constexpr Real kPerturbation = 1e-3;
 /// Steps in a row with a relative decrease below kNoDecrease end the descent.
 constexpr Real kNoDecrease = 1e-7;
 constexpr int kMostIdle = 8;
+constexpr int kMemory = 5;
 /// Further steps once the residual is within the tolerance, while each at least halves it.
 constexpr int kPolish = 3;
 
@@ -54,6 +55,9 @@ Ending descend(Descent& d, bool ends_by_newton) {
   Real damping = kFirstDamping;
   bool tries_newton = ends_by_newton;
   int idle = 0;
+  Real recent[kMemory];
+  std::fill_n(recent, kMemory, merit_of(d.part));
+  int at = 0;
   for (;;) {
     if (d.note(damping)) {
       polish(d);
@@ -70,7 +74,8 @@ Ending descend(Descent& d, bool ends_by_newton) {
     ++d.iterations;
     const bool newton = tries_newton && worst_of(d.part) < kNear;
     solve_step(d.part, newton ? kLeast : damping);
-    const bool good = take(d, merit);
+    const bool good = take(d, *std::max_element(recent, recent + kMemory));
+    if (good) recent[at++ % kMemory] = merit_of(d.part);
     if (newton) {
       tries_newton = good;
       if (!good) damping = std::max(damping, kFirstDamping);

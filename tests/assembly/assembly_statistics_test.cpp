@@ -28,6 +28,7 @@ Statistics statistics(const World& model, Real spread, int count, int starts) {
     World w = model;
     scatter(w, 1000 + static_cast<std::uint64_t>(i), spread, {});
     AssemblyChoices choices;
+    if (const char* m = std::getenv("PANTIN_METHOD")) choices.method = &methods()[std::size_t(std::atoi(m))];
     choices.starts = starts, choices.finds_contradictions = false, choices.seed = 7;
     const AssemblyReport report = assemble(w, choices);
     s.assembled += report.assembled, s.first += report.assembled && report.starts == 0;

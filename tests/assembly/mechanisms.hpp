@@ -51,7 +51,7 @@ inline World bendy(int n) {
   Entity before = ground;
   Vec3 at(0);
   for (int i = 0; i < n; ++i) {
-    const Real slope = n > 1 ? 1.2 * (0.5 - Real(i) / (n - 1)) : 0;
+    const Real slope = n > 1 ? 2.4 * (0.5 - Real(i) / (n - 1)) : 0;
     const Vec3 along(std::cos(slope), std::sin(slope), 0);
     const Entity link = add_solid(w, {at + 0.5 * along, axes_along(along, {0, 0, 1})},
                                   "link" + std::to_string(i));
