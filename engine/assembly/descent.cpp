@@ -51,7 +51,9 @@ void polish(Descent& d) {
   }
 }
 
-Ending descend(Descent& d, bool ends_by_newton) {
+/// `memory`: a step may exceed the merit of up to this many steps before. [Grippo, Lampariello &
+/// Lucidi 1986]
+Ending descend(Descent& d, bool ends_by_newton, int memory) {
   Real damping = kFirstDamping;
   bool tries_newton = ends_by_newton;
   int idle = 0;
@@ -68,14 +70,15 @@ Ending descend(Descent& d, bool ends_by_newton) {
       if (d.perturbations >= kMostPerturbations) return Ending::stationary;
       d.perturb();
       damping = kFirstDamping, idle = 0;
+      std::fill_n(recent, kMemory, merit_of(d.part));
       continue;
     }
     if (d.iterations >= d.effort.iterations) return Ending::unfinished;
     ++d.iterations;
     const bool newton = tries_newton && worst_of(d.part) < kNear;
     solve_step(d.part, newton ? kLeast : damping);
-    const bool good = take(d, *std::max_element(recent, recent + kMemory));
-    if (good) recent[at++ % kMemory] = merit_of(d.part);
+    const bool good = take(d, *std::max_element(recent, recent + memory));
+    if (good) recent[at++ % memory] = merit_of(d.part);
     if (newton) {
       tries_newton = good;
       if (!good) damping = std::max(damping, kFirstDamping);
@@ -105,8 +108,8 @@ void Descent::perturb() {
   look(world, part);
 }
 
-Ending descend_auto(Descent& d) { return descend(d, true); }
-Ending descend_levenberg(Descent& d) { return descend(d, false); }
+Ending descend_auto(Descent& d) { return descend(d, true, kMemory); }
+Ending descend_levenberg(Descent& d) { return descend(d, false, 1); }
 
 Ending descend_gauss_newton(Descent& d) {
   for (;; ++d.iterations) {

@@ -154,6 +154,12 @@ struct PathRecipe {
                        // the body
 };
 
+/// The pose of a body at the start, given once everything else is built.
+struct PoseRecipe {
+  std::string body;
+  Pose pose;  // of the body's own frame, in the scene
+};
+
 /// A plane at `offset` (m) along x, y or z.
 struct MirrorPlane {
   int axis = 0;  // 0: x, 1: y, 2: z
@@ -221,6 +227,7 @@ struct Group {
   std::vector<CableRecipe> cables;
   std::vector<PinRecipe> pins;
   std::vector<PathRecipe> paths;
+  std::vector<PoseRecipe> poses;  // of the scene itself only
   std::vector<InstanceRecipe> instances;
   std::vector<GridRecipe> grids;
   std::vector<ChainRecipe> chains;

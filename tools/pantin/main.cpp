@@ -22,6 +22,7 @@ constexpr const char* kExamples = R"(Examples:
   pantin run assets/scenes/chain.json --frames out/chain --video out/chain.mp4
   pantin run assets/scenes/marionette.json --record out/puppet.csv --json
   pantin check assets/scenes/*.json
+  pantin assemble assets/scenes/four_bar.json --scatter 1
   pantin bench assets/scenes/chain.json --json
   pantin doctor
   pantin modes assets/laminas/rod.json
@@ -42,6 +43,7 @@ int main(int argc, char** argv) {
                        "pantin " PANTIN_VERSION, kExamples});
   add_run(program);
   add_check(program);
+  add_assemble(program);
   add_bench(program);
   add_doctor(program);
   add_view(program);

@@ -23,6 +23,7 @@ using Json = nlohmann::ordered_json;
 /// Each adds its subcommand to the program.
 void add_run(CommandLine& program);
 void add_check(CommandLine& program);
+void add_assemble(CommandLine& program);
 void add_bench(CommandLine& program);
 void add_doctor(CommandLine& program);
 void add_view(CommandLine& program);

@@ -144,6 +144,21 @@ void GroupBuilder::add_drive(Element<PathRecipe> e) {
   made_.paths.push_back(placed);
 }
 
+void GroupBuilder::add_pose(Element<PoseRecipe> e) {
+  const auto place = body(e.recipe.body, e.id, "body");
+  if (!place) return;
+  const BuiltBody& placed = made_.bodies[*place];
+  const auto error = [&](const char* expected) {
+    messages_.error(e.id, "body", "found " + quoted_name(e.recipe.body) + ", expected " + expected);
+  };
+  if (placed.has_path) return error("a body without a path, which determines its pose");
+  for (const BuiltPose& other : made_.poses)
+    if (other.body == *place) return error("a body without another pose");
+  const BodyMassProperties& mass = *placed.mass_properties;
+  made_.poses.push_back(
+      {e.id, *place, mass.is_moved ? compose(e.recipe.pose, mass.centre) : e.recipe.pose});
+}
+
 void GroupBuilder::check_loop(const ElementId& at, const KinematicPath& path) {
   const Pose seam = seam_of(path);
   const Real gap = glm::length(seam.position);

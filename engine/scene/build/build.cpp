@@ -4,6 +4,7 @@
 
 #include "engine/scene/build/build_context.hpp"
 #include "engine/scene/build/group_builder.hpp"
+#include "engine/world/surface_start.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -103,14 +104,35 @@ const BuiltPrefab* BuildContext::built(std::uint32_t which, const ElementId& at,
   return states_[which] == State::done ? &built_[which] : nullptr;
 }
 
+namespace {
+
+/// Applies "poses". The contacts of surfaces that have moved are found again.
+void place_at_poses(BuiltScene& whole, BuildMessages& messages) {
+  std::vector<bool> moved(whole.bodies.size(), false);
+  for (const BuiltPose& p : whole.poses)
+    whole.bodies[p.body].body.pose = p.pose, moved[p.body] = true;
+  const auto has_moved = [&](std::uint32_t body) { return body != kWorldBody && moved[body]; };
+  for (BuiltSurfaceJoint& joint : whole.surface_joints) {
+    if (!has_moved(joint.a) && !has_moved(joint.b)) continue;
+    joint.contact.known = false;
+    const std::string why =
+        place_surfaces(joint.contact, {whole.pose_of(joint.a), whole.pose_of(joint.b)});
+    if (!why.empty()) messages.error(joint.at, "", why);
+  }
+}
+
+}  // namespace
+
 BuiltScene build_scene(const Recipe& recipe, BuildMessages& messages, const SceneLimits& limits) {
   BuildContext context(recipe, messages, limits);
   // Unused prefabs are checked too.
   for (std::uint32_t i = 0; i < recipe.prefabs.size(); ++i)
     context.built(i, {ElementKind::group, i + 1, 0}, "name");
   BuiltScene whole = build_group(context, recipe.top, 0);
-  // Joints and cables were measured at rest; now each body is placed at the start of its path.
+  // Joints and cables were measured at rest; now each body is placed at the start of its path, or
+  // at its pose.
   for (const BuiltPath& d : whole.paths) whole.bodies[d.body].body.pose = pose_at(d.path, 0);
+  place_at_poses(whole, messages);
   return whole;
 }
 

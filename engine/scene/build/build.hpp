@@ -82,6 +82,12 @@ struct BuiltPath {
   KinematicPath path;
 };
 
+struct BuiltPose {
+  ElementId at{};
+  std::uint32_t body = 0;
+  Pose pose;  // of its mass-centre frame
+};
+
 /// The type of entity that an event acts on.
 enum class EventObject : std::uint8_t { none, body, joint, cable, pin, gear };
 
@@ -109,6 +115,7 @@ struct BuiltScene {
   std::vector<BuiltPin> pins;
   std::vector<BuiltSurfaceJoint> surface_joints;
   std::vector<BuiltPath> paths;
+  std::vector<BuiltPose> poses;
   std::vector<BuiltEvent> events;
 
   std::size_t links() const {

@@ -24,7 +24,8 @@ enum class ElementKind : std::uint8_t {
   chain,
   mirror,
   surface_joint,
-  event
+  event,
+  pose
 };
 
 /// One element of a recipe.

@@ -27,6 +27,7 @@ BuiltScene GroupBuilder::build() {
   each(group_.cables, ElementKind::string, &B::add_cable);
   each(group_.pins, ElementKind::pin, &B::add_pin);
   mirror_links();
+  each(group_.poses, ElementKind::pose, &B::add_pose);
   each(group_.events, ElementKind::event, &B::add_event);  // all other elements exist now
   return std::move(made_);
 }

@@ -70,6 +70,7 @@ class GroupBuilder {
   void add_body(Element<BodyRecipe> e);
   void add_links_of(Element<ChainRecipe> e);
   void add_drive(Element<PathRecipe> e);
+  void add_pose(Element<PoseRecipe> e);
   void check_loop(const ElementId& at, const KinematicPath& path);
 
   // Copies of prefabs: copies.cpp.

@@ -22,6 +22,15 @@ constexpr Key kKeyframe[] = {
     kRotationDeg,
 };
 
+constexpr Key kPose[] = {
+    needed_reference<&PoseRecipe::body>("body", "the name of a body",
+                                        "Any body of the scene: also \"chain/0\" or "
+                                        "\"instance/body\"."),
+    kPosition.to<&PoseRecipe::pose>(),
+    kRotation,
+    kRotationDeg,
+};
+
 constexpr std::string_view kKinematicBody = "the name of a kinematic body";
 
 struct Ignore {
@@ -179,7 +188,13 @@ void read_curve(const Reading& reading, const Reader& from, std::variant<Kinds..
 
 constinit const KeySet keys::keyframe{"keyframe", "A pose at a time.", kKeyframe};
 
+constinit const KeySet keys::pose{"pose", "The pose of a body at the start.", kPose};
+
 std::span<const KeySet> path_key_sets() { return table().sets; }
+
+bool read_members(const Reading& reading, const Reader& from, PoseRecipe& pose) {
+  return read_rows(reading, from, pose);
+}
 
 bool read_members(const Reading& reading, const Reader& from, PathRecipe& path) {
   const bool is_whole = read_rows(reading, from, path);

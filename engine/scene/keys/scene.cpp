@@ -26,6 +26,11 @@ constexpr Key kCables =
     objects("cables", "cable", "Cables, which pull and never push.").once("strings");
 constexpr Key kPins = objects("pins", "pin", "Pins, which hold points of bodies at a target.");
 constexpr Key kPaths = objects("paths", "path", "Paths of kinematic bodies.").once("drives");
+constexpr Key kPoses = objects(
+    "poses", "pose",
+    "Poses of bodies at the start, given once everything else is built: joints, cables and other "
+    "ties keep what follows from the poses of the bodies themselves. `pantin assemble --out` "
+    "writes them.");
 constexpr Key kInstances = objects("instances", "instance", "Copies of prefabs.");
 constexpr Key kGenerators =
     object("generators", "generators", "Generators of chains, grids, stairs and mirror images.");
@@ -73,6 +78,7 @@ constexpr Key kScene[] = {
     kCables,
     kPins,
     kPaths,
+    kPoses,
     kInstances,
     kGenerators,
     objects("laminas", "lamina",

@@ -204,6 +204,7 @@ bool read_members(const Reading& reading, const Reader& from, SurfaceSideRecipe&
 bool read_members(const Reading& reading, const Reader& from, SurfaceJointRecipe& joint);
 bool read_members(const Reading& reading, const Reader& from, GuideRecipe& guide);
 bool read_members(const Reading& reading, const Reader& from, PathRecipe& path);
+bool read_members(const Reading& reading, const Reader& from, PoseRecipe& pose);
 bool read_members(const Reading& reading, const Reader& from, InstanceRecipe& instance);
 bool read_members(const Reading& reading, const Reader& from, GridRecipe& grid);
 bool read_members(const Reading& reading, const Reader& from, SolverSettings& settings);

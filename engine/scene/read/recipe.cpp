@@ -155,6 +155,7 @@ void read_group(const OpenGroup& open, const Reader& from) {
   open.read_all(from, "pins", ElementKind::pin, group.pins);
   open.read_all(from, "paths", ElementKind::drive, group.paths);
   open.read_all(from, "instances", ElementKind::instance, group.instances);
+  if (open.number == 0) open.read_all(from, "poses", ElementKind::pose, group.poses);
   for (NodeId node : from.items("events"))
     if (auto event = open.number == 0 ? read_event(open.reading, node)
                                       : read_event_of_prefab(open.reading, node)) {

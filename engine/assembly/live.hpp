@@ -1,0 +1,90 @@
+#pragma once
+/// Assembly of one iteration a call: bodies follow targets while all laws hold.
+///
+///   minimise  |step|^2 / 2 + sum w |J step + C|^2 / (2 softness)   subject to  J step = -C of all laws
+///
+/// One damped Gauss-Newton step of the Lagrangian solver's factor: rows of targets have the
+/// compliance softness / w, those of laws have none.
+#include <cstdint>
+#include <vector>
+
+#include "engine/assembly/problem.hpp"
+
+namespace pantin::detail::assembly {
+
+/// What a target holds.
+enum class Goal : std::uint8_t {
+  point,  // a point of the body at a point of the world
+  pose,   // the body's frame at a frame of the world
+  aim     // a point of the world on a line of the body
+};
+
+struct LiveTarget {
+  Goal goal = Goal::point;
+  Entity body;
+  Pose own;      // in the mass-centre frame: the point; the frame; the line, along its x
+  Pose target;   // world: where that should be
+  Real weight = 1, turn_weight = 1;  // of lengths, and of rotations (per m^2 at the body's arm)
+};
+
+struct LiveReport {
+  Real joint_error = 0;   // m or rad, the largest of all laws after the iteration
+  Real target_error = 0;  // m or rad, the largest of all targets
+  int retries = 0;        // further solves for limits that were met
+};
+
+class Live {
+ public:
+  Live(const World& world, std::vector<Entity> held);
+
+  /// Adds a target; its number. The next iteration compiles.
+  std::size_t add(const LiveTarget& target);
+  void remove(std::size_t target);
+  void hold(Entity body, bool is_held);
+  const LiveTarget& target(std::size_t number) const { return targets_[number]; }
+  bool has(std::size_t number) const { return number < targets_.size() && used_[number]; }
+  /// Moves a target, without compiling.
+  void move(std::size_t number, const Pose& target);
+  void set_weight(std::size_t number, Real weight, Real turn_weight);
+
+  LiveReport iterate();
+  /// The largest displacement of the last iteration, m or rad.
+  Real last_step() const;
+
+  /// The model with the poses of the last iteration.
+  const World& world() {
+    write_to(model_);
+    return model_;
+  }
+  void write_to(World& world) const;
+
+ private:
+  struct Followed {  // a target in the problem
+    std::size_t target = 0, part = 0, block = 0;
+    Entity entity;  // its pin, or its frame
+  };
+  struct PartState {
+    Real softness = 1e-3;
+    bool known = false;  // rows are evaluated at the present poses and targets
+  };
+
+  void compile();
+  void place(const Followed& f);
+  void set_weights(Part& part, std::size_t number);
+  void solve(Part& part, std::size_t number);
+  Real error_of(const Part& part, std::size_t number, bool of_targets) const;
+  void iterate_part(std::size_t number, LiveReport& report);
+
+  World model_;
+  std::vector<Entity> held_;
+  std::vector<LiveTarget> targets_;
+  std::vector<bool> used_;
+  Problem problem_;
+  std::vector<Followed> followed_;
+  std::vector<PartState> states_;
+  std::vector<std::vector<std::uint8_t>> is_target_;  // by part and block
+  std::vector<lagrangian::BlockMemory> memory_;       // of a part, before a step
+  bool compiled_ = false;
+};
+
+}  // namespace pantin::detail::assembly

@@ -1,0 +1,151 @@
+// Bodies follow targets, one iteration a call.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <pantin/assembler.hpp>
+#include <pantin/must.hpp>
+
+#include "tests/assembly/mechanisms.hpp"
+
+using namespace pantin;
+using namespace pantin::test;
+
+namespace {
+
+/// A chain of `n` links of 1 m on ball joints, straight along x, with one end on the ground.
+World chain(int n) {
+  World w;
+  const Entity ground = add_solid(w, {}, "ground", Motion::fixed);
+  Entity before = ground;
+  for (int i = 0; i < n; ++i) {
+    // Folded a little, so that the end may move along x.
+    const Vec3 along(std::cos(0.4), i % 2 ? std::sin(0.4) : -std::sin(0.4), 0);
+    const Vec3 from(i * std::cos(0.4), i % 2 ? -std::sin(0.4) : 0, 0);
+    const Entity link =
+        add_solid(w, {from + 0.5 * along, axes_along(along, {0, 0, 1})}, "link" + std::to_string(i));
+    join(w, {before, link, JointKind::ball, from}, "joint" + std::to_string(i));
+    before = link;
+  }
+  return w;
+}
+
+Vec3 end_of(const World& w, Entity link) { return to_world(w.bodies[link].pose, {0.5, 0, 0}); }
+
+}  // namespace
+
+TEST_CASE("assembler: a chain follows a hand at the rate of a haptic loop") {
+  for (const int n : {8, 20, 100}) {
+    const World w = chain(n);
+    const Entity last = w.find("link" + std::to_string(n - 1));
+    const Vec3 start = end_of(w, last);
+    Assembler drag(w);
+    const Target hand = must(drag.add(PointTarget{.body = last, .point = {0.5, 0, 0}, .target = start}));
+    drag.settle(50);
+    constexpr Real kRate = 30000;
+    Real joints = 0, target = 0;
+    for (int i = 0; i < 15000; ++i) {
+      const Real phase = 2 * kPi * i / kRate;
+      REQUIRE(drag.move(hand, start + 0.4 * Vec3(std::cos(phase) - 1, std::sin(phase), 0)));
+      const AssemblerErrors e = drag.iterate();
+      joints = std::max(joints, e.joints);
+      if (i > 100) target = std::max(target, e.targets);
+    }
+    INFO(n << " links: joints " << joints << ", target " << target);
+    CHECK(joints < 1e-6);
+    CHECK(target < 1e-6);
+  }
+}
+
+TEST_CASE("assembler: out of reach the joints hold and the end is nearest") {
+  const World w = chain(5);
+  const Entity last = w.find("link4");
+  Assembler pull(w);
+  const Vec3 far(6, 8, 0);
+  must(pull.add(PointTarget{.body = last, .point = {0.5, 0, 0}, .target = far}));
+  Real joints = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const AssemblerErrors e = pull.iterate();
+    if (i > 200) joints = std::max(joints, e.joints);
+  }
+  CHECK(joints < 1e-5);
+  // Straight towards the target, 10 m away, 5 m long.
+  CHECK(glm::distance(end_of(pull.world(), last), Vec3(3, 4, 0)) < 1e-2);
+}
+
+TEST_CASE("assembler: contradicting targets meet at the mean of their weights") {
+  World w;
+  const Entity body = add_solid(w, {}, "body");
+  Assembler both(w);
+  must(both.add(PointTarget{.body = body, .target = {0, 0, 0}, .weight = 1}));
+  const Target second = must(both.add(PointTarget{.body = body, .target = {1, 0, 0}, .weight = 3}));
+  both.settle(2000);
+  CHECK(both.world().bodies[body].pose.position.x == Approx(0.75).margin(1e-6));
+  REQUIRE(both.set_weight(second, 1));
+  both.settle(2000);
+  CHECK(both.world().bodies[body].pose.position.x == Approx(0.5).margin(1e-6));
+}
+
+TEST_CASE("assembler: a pose and an aim are met") {
+  World w;
+  const Entity body = add_solid(w, {}, "body"), eye = add_solid(w, {{2, 0, 0}, kIdentity}, "eye");
+  Assembler both(w);
+  const Pose there{{0.3, 0.4, -0.2}, glm::normalize(Quat(0.9, 0.2, 0.1, -0.3))};
+  must(both.add(PoseTarget{.body = body, .target = there}));
+  both.hold(body, false);
+  const Target aim = must(both.add(AimTarget{.body = eye, .direction = {0, 0, 1}, .target = {1, 2, 3}}));
+  both.settle(500);
+  const Pose found = both.world().bodies[body].pose;
+  CHECK(glm::distance(found.position, there.position) < 1e-9);
+  CHECK(std::abs(glm::dot(found.rotation, there.rotation)) == Approx(1).margin(1e-12));
+  const auto off_line = [&](Vec3 target) {
+    const Pose at = both.world().bodies[eye].pose;
+    const Vec3 d = target - at.position, along = at.rotation * Vec3(0, 0, 1);
+    return glm::length(d - glm::dot(d, along) * along);
+  };
+  CHECK(off_line({1, 2, 3}) < 1e-9);
+  REQUIRE(both.move(aim, Vec3(-1, 2, 0.5)));
+  CHECK(off_line({-1, 2, 0.5}) > 0.1);
+  both.settle(500);
+  CHECK(off_line({-1, 2, 0.5}) < 1e-9);
+}
+
+TEST_CASE("assembler: limits are respected while a hand pulls beyond them") {
+  World w;
+  const Entity ground = add_solid(w, {}, "ground", Motion::fixed);
+  const Entity arm = add_solid(w, {{0.5, 0, 0}, kIdentity}, "arm");
+  const Entity hinge = join(w, {ground, arm, JointKind::hinge, Vec3(0), axes_along({0, 0, 1}, {1, 0, 0})},
+                            "elbow");
+  w.links[hinge].joint.limits.edit().angle = {true, -0.3, 0.8};
+  Assembler pull(w);
+  const Target hand = must(pull.add(PointTarget{.body = arm, .point = {0.5, 0, 0}, .target = {0, 1, 0}}));
+  const auto angle = [&] {
+    const Quat q = pull.world().bodies[arm].pose.rotation;
+    return std::remainder(2 * std::atan2(q.z, q.w), 2 * kPi);
+  };
+  Real most = -10, least = 10;
+  for (int i = 0; i < 300; ++i) pull.iterate(), most = std::max(most, angle());
+  CHECK(most < 0.8 + 1e-6);
+  CHECK(angle() == Approx(0.8).margin(1e-6));
+  REQUIRE(pull.move(hand, Vec3(0, -1, 0)));
+  for (int i = 0; i < 300; ++i) pull.iterate(), least = std::min(least, angle());
+  CHECK(least > -0.3 - 1e-6);
+  CHECK(angle() == Approx(-0.3).margin(1e-6));
+  REQUIRE(pull.move(hand, Vec3(1, 0.2, 0)));
+  for (int i = 0; i < 300; ++i) pull.iterate();
+  CHECK(angle() == Approx(std::atan2(0.2, 1)).margin(1e-6));
+}
+
+TEST_CASE("assembler: held bodies stay, wrong targets are refused") {
+  const World w = chain(3);
+  Assembler a(w);
+  const Entity first = w.find("link0");
+  const Pose before = w.bodies[first].pose;
+  a.hold(first);
+  must(a.add(PointTarget{.body = w.find("link2"), .point = {0.5, 0, 0}, .target = {1, 1, 1}}));
+  a.settle();
+  CHECK(a.world().bodies[first].pose.position == before.position);
+  CHECK_FALSE(a.add(PointTarget{.body = w.find("ground"), .target = {1, 1, 1}}));
+  CHECK_FALSE(a.add(PointTarget{.body = {}, .target = {1, 1, 1}}));
+  CHECK_FALSE(a.add(PointTarget{.body = first, .target = {NAN, 1, 1}}));
+  CHECK_FALSE(a.add(AimTarget{.body = first, .direction = {0, 0, 0}}));
+  CHECK_FALSE(a.move(Target{17}, Vec3(0)));
+}
