@@ -14,18 +14,42 @@ using lagrangian::Island;
 
 namespace {
 
-/// Compliance of rows of targets, relative to their diagonal: its bounds, and how it changes.
-constexpr Real kSoftest = 1, kStiffest = 1e-7, kSoften = 4, kHarden = 0.5;
-/// Joint error after an iteration, relative to the size, above which targets pull more softly.
+/// Compliance of rows of targets, relative to their diagonal: its bounds, and how it changes when
+/// targets at rest are approached or left.
+constexpr Real kSoftest = 1, kStiffest = 1e-7, kSoften = 4, kHarden = 0.5, kSame = 1e-9;
+/// Joint error, relative to the size, above which the step is corrected with the same factor, and
+/// the number of corrections.
 constexpr Real kJointError = 1e-7;
-/// Fractions of the size, and rad, by which a target may pull in one iteration.
-constexpr Real kMostPull = 0.05, kMostTurn = 0.3;
+constexpr int kCorrections = 4;
+/// rad: the largest rotation of an iteration.
+constexpr Real kMostTurn = 0.25;
 /// Compliance of laws, only so that dependent rows have pivots; of rows that a target leaves free.
 constexpr Real kHard = 1e-12, kFree = 1e12;
 /// A limit that is beyond its bound by more, after a step, is met: the step is solved again.
 constexpr Real kMet = 1e-9;
 constexpr int kMostRetries = 4;
 constexpr Real kStep = 1e-3;  // s; frames are at rest
+constexpr Real kRegularisation = 1e-12;  // of dependent rows
+constexpr Real kUnrefined = std::numeric_limits<Real>::infinity();
+
+/// Of a row of a target. Rows 0 and 1 of an aim would keep the line parallel to x of the frame,
+/// which it need not be.
+Real weight_of(const LiveTarget& t, std::size_t row) {
+  if (t.goal == Goal::aim && row < 2) return 0;
+  return t.goal == Goal::pose && row >= 3 ? t.turn_weight : t.weight;
+}
+
+void solve_weighted(Island& m) {
+  lagrangian::factor_soft(m, kRegularisation);
+  lagrangian::solve(m, {{}, m.scratch.right}, {m.scratch.solution, m.scratch.lambda}, kUnrefined);
+}
+
+/// The largest vector, m or rad.
+Real largest(std::span<const Vec3> all) {
+  Real most = 0;
+  for (const Vec3& v : all) most = std::max(most, glm::dot(v, v));
+  return std::sqrt(most);
+}
 
 }  // namespace
 
@@ -111,7 +135,7 @@ void Live::compile() {
   compiled_ = true;
 }
 
-/// Compliances and right-hand sides; pulls of targets are bounded.
+/// Compliances and right-hand sides.
 void Live::set_weights(Part& part, std::size_t number) {
   Island& m = part.m;
   lagrangian::StepScratch& scratch = m.scratch;
@@ -123,51 +147,97 @@ void Live::set_weights(Part& part, std::size_t number) {
       scratch.right[r] = on ? -scratch.c[r] : 0;
     }
   }
-  const Real softness = states_[number].softness;
   for (const Followed& f : followed_) {
     if (f.part != number) continue;
     const LiveTarget& t = targets_[f.target];
     const Block& b = m.blocks[f.block];
-    // Rows 0 and 1 of an aim only keep the line parallel to the frame, which it need not be.
-    const std::size_t free = t.goal == Goal::aim ? 2 : 0;
-    Real pull = 0, turn = 0;
     for (std::size_t r = 0; r < b.rows; ++r) {
       const std::size_t row = b.first_row + r;
-      const bool turns = t.goal == Goal::pose && r >= 3;
-      const Real weight = turns ? t.turn_weight : t.weight;
-      const bool is_free = r < free || !(weight > 0);
-      scratch.weights[row] = is_free ? kFree : softness / weight * part.units[row];
-      if (is_free) scratch.right[row] = 0;
-      (turns ? turn : pull) += scratch.right[row] * scratch.right[row];
+      const Real weight = weight_of(t, r);
+      scratch.weights[row] =
+          (weight > 0 ? states_[number].softness / weight : kFree) * part.units[row];
+      if (!(weight > 0)) scratch.right[row] = 0;
     }
-    const Real most = kMostPull * std::max(m.size, m.reach);
-    const Real cut = pull > most * most ? most / std::sqrt(pull) : 1,
-               cut_turn = turn > kMostTurn * kMostTurn ? kMostTurn / std::sqrt(turn) : 1;
-    for (std::size_t r = 0; r < b.rows; ++r)
-      scratch.right[b.first_row + r] *= t.goal == Goal::pose && r >= 3 ? cut_turn : cut;
   }
 }
 
 void Live::solve(Part& part, std::size_t number) {
-  Island& m = part.m;
   set_weights(part, number);
-  constexpr Real kRegularisation = 1e-11;
-  lagrangian::factor_soft(m, m.loops ? kRegularisation : 0);
-  constexpr Real kUnrefined = std::numeric_limits<Real>::infinity();
-  lagrangian::solve(m, {{}, m.scratch.right}, {m.scratch.solution, m.scratch.lambda}, kUnrefined);
+  solve_weighted(part.m);
 }
 
-Real Live::error_of(const Part& part, std::size_t number, bool of_targets) const {
+Real Live::joint_error(std::size_t number) const {
+  const Part& part = problem_.parts[number];
   Real worst = 0;
-  const Island& m = part.m;
-  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
-    if ((is_target_[number][i] != 0) != of_targets || !counts(part, i)) continue;
-    const Block& b = m.blocks[i];
-    const bool is_aim = of_targets && b.rows == 4;
-    for (std::size_t r = is_aim ? 2 : 0; r < b.rows; ++r)
-      worst = std::max(worst, std::abs(m.scratch.c[b.first_row + r]));
+  for (std::size_t i = 0; i < part.m.blocks.size(); ++i) {
+    if (is_target_[number][i] || !counts(part, i)) continue;
+    const Block& b = part.m.blocks[i];
+    for (std::size_t r = b.first_row; r < b.first_row + b.rows; ++r)
+      worst = std::max(worst, std::abs(part.m.scratch.c[r]));
   }
   return worst;
+}
+
+/// The weighted sum of squares of the targets of a part, and the largest error.
+Real Live::target_merit(std::size_t number, Real& worst) const {
+  Real sum = 0;
+  for (const Followed& f : followed_) {
+    if (f.part != number) continue;
+    const Part& part = problem_.parts[number];
+    const Block& b = part.m.blocks[f.block];
+    for (std::size_t r = 0; r < b.rows; ++r) {
+      const Real weight = weight_of(targets_[f.target], r), c = part.m.scratch.c[b.first_row + r];
+      if (!(weight > 0)) continue;
+      sum += weight * c * c / part.units[b.first_row + r];
+      worst = std::max(worst, std::abs(c));
+    }
+  }
+  return sum;
+}
+
+/// Takes the solved step. False: it met limits, which are active now, and the poses are as before.
+bool Live::take_step(Part& part) {
+  Island& m = part.m;
+  const World& w = problem_.world;
+  if (m.unilateral) memory_ = m.memory, m.scratch.from = m.scratch.state;
+  const Real turn = turn_of(part);
+  assembly::move(part, turn > kMostTurn ? kMostTurn / turn : 1);
+  look(w, part);
+  if (!m.unilateral) return true;
+  bool met = false;
+  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
+    const bool is_new = lagrangian::is_one_sided(m, i) && !memory_[i].active &&
+                        m.scratch.c[m.blocks[i].first_row] < -kMet;
+    memory_[i].active = memory_[i].active || is_new;
+    met = met || is_new;
+  }
+  if (!met) return true;
+  m.scratch.state = m.scratch.from, m.memory = memory_;
+  lagrangian::update_kinematics(m);
+  lagrangian::write_all_rows(w, m, {true, false});
+  lagrangian::clear_rolling(m);
+  return false;
+}
+
+/// Closes laws after a long step, without targets: the least displacement that does.
+Real Live::correct(std::size_t number, Real error) {
+  Part& part = problem_.parts[number];
+  Island& m = part.m;
+  const Real bound = kJointError * std::max({m.size, m.reach, std::sqrt(m.inertia[0].x)});
+  for (int n = 0; n < kCorrections && error > bound; ++n) {
+    set_weights(part, number);
+    for (const Followed& f : followed_) {
+      if (f.part != number) continue;
+      const Block& b = m.blocks[f.block];
+      for (std::size_t r = b.first_row; r < b.first_row + b.rows; ++r)
+        m.scratch.weights[r] = kFree * part.units[r], m.scratch.right[r] = 0;
+    }
+    solve_weighted(m);
+    assembly::move(part, 1);
+    look(problem_.world, part);
+    error = joint_error(number);
+  }
+  return error;
 }
 
 void Live::iterate_part(std::size_t number, LiveReport& report) {
@@ -175,53 +245,35 @@ void Live::iterate_part(std::size_t number, LiveReport& report) {
   PartState& state = states_[number];
   Island& m = part.m;
   const World& w = problem_.world;
+  Real unused = 0;
   if (!state.known) {
     lagrangian::update_frames(w, m, 0, kStep);
     look(w, part);
-    state.known = true;
+    state.known = true, state.merit = target_merit(number, unused);
   }
-  for (int n = 0;; ++n) {
+  for (int n = 0; n <= kMostRetries; ++n) {
     solve(part, number);
-    if (m.unilateral) memory_ = m.memory;
-    m.scratch.from = m.scratch.state;
-    assembly::move(part, 1);
-    look(w, part);
-    if (!m.unilateral || n == kMostRetries) break;
-    bool met = false;
-    for (std::size_t i = 0; i < m.blocks.size(); ++i) {
-      const bool is_new = lagrangian::is_one_sided(m, i) && !memory_[i].active &&
-                          m.scratch.c[m.blocks[i].first_row] < -kMet;
-      memory_[i].active = memory_[i].active || is_new;
-      met = met || is_new;
-    }
-    if (!met) break;
+    if (take_step(part)) break;
     ++report.retries;
-    m.scratch.state = m.scratch.from, m.memory = memory_;
-    lagrangian::update_kinematics(m);
-    lagrangian::write_all_rows(w, m, {true, false});
-    lagrangian::clear_rolling(m);
   }
+  last_step_ = std::max(last_step_, largest(m.scratch.solution));
   count(w, part);
-  const Real error = error_of(part, number, false);
-  const Real bound = kJointError * std::max(m.size, m.reach);
-  state.softness = std::clamp(state.softness * (error > bound ? kSoften : kHarden), kStiffest,
-                              kSoftest);
+  const Real error = correct(number, joint_error(number));
+  const Real merit = target_merit(number, report.target_error);
+  if (merit > (1 + kSame) * state.merit)
+    state.softness = std::min(kSoften * state.softness, kSoftest);
+  else if (merit < (1 - kSame) * state.merit)
+    state.softness = std::max(kHarden * state.softness, kStiffest);
+  state.merit = merit;
   report.joint_error = std::max(report.joint_error, error);
-  report.target_error = std::max(report.target_error, error_of(part, number, true));
 }
 
 LiveReport Live::iterate() {
   if (!compiled_) compile();
   LiveReport report;
+  last_step_ = 0;
   for (std::size_t p = 0; p < problem_.parts.size(); ++p) iterate_part(p, report);
   return report;
-}
-
-Real Live::last_step() const {
-  Real most = 0;
-  for (const Part& part : problem_.parts)
-    for (const Vec3& way : part.m.scratch.solution) most = std::max(most, glm::dot(way, way));
-  return std::sqrt(most);
 }
 
 void Live::write_to(World& world) const {

@@ -49,7 +49,7 @@ class Live {
 
   LiveReport iterate();
   /// The largest displacement of the last iteration, m or rad.
-  Real last_step() const;
+  Real last_step() const { return last_step_; }
 
   /// The model with the poses of the last iteration.
   const World& world() {
@@ -65,6 +65,7 @@ class Live {
   };
   struct PartState {
     Real softness = 1e-3;
+    Real merit = 0;      // of targets, after the last iteration
     bool known = false;  // rows are evaluated at the present poses and targets
   };
 
@@ -72,7 +73,10 @@ class Live {
   void place(const Followed& f);
   void set_weights(Part& part, std::size_t number);
   void solve(Part& part, std::size_t number);
-  Real error_of(const Part& part, std::size_t number, bool of_targets) const;
+  Real joint_error(std::size_t number) const;
+  Real target_merit(std::size_t number, Real& worst) const;
+  bool take_step(Part& part);
+  Real correct(std::size_t number, Real error);
   void iterate_part(std::size_t number, LiveReport& report);
 
   World model_;
@@ -85,6 +89,7 @@ class Live {
   std::vector<std::vector<std::uint8_t>> is_target_;  // by part and block
   std::vector<lagrangian::BlockMemory> memory_;       // of a part, before a step
   bool compiled_ = false;
+  Real last_step_ = 0;
 };
 
 }  // namespace pantin::detail::assembly

@@ -14,3 +14,16 @@ TEST_CASE("tmp trace", "[.]") {
     std::printf("rows %zu rank %zu mobility %ld turned %d starts %d\n", r.rows, r.rank, long(r.mobility), r.turned_over, r.starts);
   }
 }
+#include <pantin/assembler.hpp>
+#include <pantin/must.hpp>
+TEST_CASE("tmp limit", "[.]") {
+  World w;
+  const Entity ground = add_solid(w, {}, "ground", Motion::fixed);
+  const Entity arm = add_solid(w, {{0.5, 0, 0}, kIdentity}, "arm");
+  const Entity hinge = join(w, {ground, arm, JointKind::hinge, Vec3(0), axes_along({0, 0, 1}, {1, 0, 0})},
+                            "elbow");
+  w.links[hinge].joint.limits.edit().angle = {true, -0.3, 0.8};
+  Assembler pull(w);
+  must(pull.add(PointTarget{.body = arm, .point = {0.5, 0, 0}, .target = {0, 1, 0}}));
+  for (int i = 0; i < 12; ++i) { auto e = pull.iterate(); const Quat q = pull.world().bodies[arm].pose.rotation; std::printf("%g joints %g target %g\n", 2*std::atan2(q.z,q.w), e.joints, e.targets); }
+}
