@@ -16,7 +16,7 @@ namespace {
 
 /// Compliance of rows of targets, relative to their diagonal: its bounds, and how it changes when
 /// targets at rest are approached or left.
-constexpr Real kSoftest = 1, kStiffest = 1e-7, kSoften = 4, kHarden = 0.5, kSame = 1e-9;
+constexpr Real kSoftest = 1e6, kStiffest = 1e-7, kSoften = 4, kHarden = 0.5, kSame = 1e-9;
 /// Joint error, relative to the size, above which the step is corrected with the same factor, and
 /// the number of corrections.
 constexpr Real kJointError = 1e-7;
@@ -24,7 +24,7 @@ constexpr int kCorrections = 4;
 /// rad: the largest rotation of an iteration.
 constexpr Real kMostTurn = 0.25;
 /// Compliance of laws, only so that dependent rows have pivots; of rows that a target leaves free.
-constexpr Real kHard = 1e-12, kFree = 1e12;
+constexpr Real kHard = 1e-12, kFree = 1e15;
 /// A limit that is beyond its bound by more, after a step, is met: the step is solved again.
 constexpr Real kMet = 1e-9;
 constexpr int kMostRetries = 4;
@@ -37,6 +37,11 @@ constexpr Real kUnrefined = std::numeric_limits<Real>::infinity();
 Real weight_of(const LiveTarget& t, std::size_t row) {
   if (t.goal == Goal::aim && row < 2) return 0;
   return t.goal == Goal::pose && row >= 3 ? t.turn_weight : t.weight;
+}
+
+/// The joint error that needs no correction, m or rad.
+Real bound_of(const Island& m) {
+  return kJointError * std::max({m.size, m.reach, std::sqrt(m.inertia[0].x)});
 }
 
 void solve_weighted(Island& m) {
@@ -199,7 +204,8 @@ Real Live::target_merit(std::size_t number, Real& worst) const {
 bool Live::take_step(Part& part) {
   Island& m = part.m;
   const World& w = problem_.world;
-  if (m.unilateral) memory_ = m.memory, m.scratch.from = m.scratch.state;
+  if (m.unilateral) memory_ = m.memory;
+  m.scratch.from = m.scratch.state;
   const Real turn = turn_of(part);
   assembly::move(part, turn > kMostTurn ? kMostTurn / turn : 1);
   look(w, part);
@@ -223,7 +229,7 @@ bool Live::take_step(Part& part) {
 Real Live::correct(std::size_t number, Real error) {
   Part& part = problem_.parts[number];
   Island& m = part.m;
-  const Real bound = kJointError * std::max({m.size, m.reach, std::sqrt(m.inertia[0].x)});
+  const Real bound = bound_of(m);
   for (int n = 0; n < kCorrections && error > bound; ++n) {
     set_weights(part, number);
     for (const Followed& f : followed_) {
@@ -250,6 +256,7 @@ void Live::iterate_part(std::size_t number, LiveReport& report) {
     lagrangian::update_frames(w, m, 0, kStep);
     look(w, part);
     state.known = true, state.merit = target_merit(number, unused);
+    state.closed = false;
   }
   for (int n = 0; n <= kMostRetries; ++n) {
     solve(part, number);
@@ -258,13 +265,21 @@ void Live::iterate_part(std::size_t number, LiveReport& report) {
   }
   last_step_ = std::max(last_step_, largest(m.scratch.solution));
   count(w, part);
-  const Real error = correct(number, joint_error(number));
-  const Real merit = target_merit(number, report.target_error);
-  if (merit > (1 + kSame) * state.merit)
+  Real error = correct(number, joint_error(number));
+  Real merit = target_merit(number, unused);
+  const bool worse = merit > (1 + kSame) * state.merit;
+  if (worse)
     state.softness = std::min(kSoften * state.softness, kSoftest);
   else if (merit < (1 - kSame) * state.merit)
     state.softness = std::max(kHarden * state.softness, kStiffest);
-  state.merit = merit;
+  // Targets are at rest, and it was not laws that moved the bodies: the step was too long.
+  if (worse && state.closed && !(error < 0.5 * state.error)) {
+    m.scratch.state = m.scratch.from;
+    look(w, part), count(w, part);
+    error = joint_error(number), merit = state.merit;
+  }
+  target_merit(number, report.target_error);
+  state.merit = merit, state.error = error, state.closed = error <= bound_of(m);
   report.joint_error = std::max(report.joint_error, error);
 }
 

@@ -66,6 +66,8 @@ class Live {
   struct PartState {
     Real softness = 1e-3;
     Real merit = 0;      // of targets, after the last iteration
+    Real error = 0;      // of laws, then
+    bool closed = false;  // laws held before, and no target has moved
     bool known = false;  // rows are evaluated at the present poses and targets
   };
 

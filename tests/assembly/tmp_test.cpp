@@ -27,3 +27,11 @@ TEST_CASE("tmp limit", "[.]") {
   must(pull.add(PointTarget{.body = arm, .point = {0.5, 0, 0}, .target = {0, 1, 0}}));
   for (int i = 0; i < 12; ++i) { auto e = pull.iterate(); const Quat q = pull.world().bodies[arm].pose.rotation; std::printf("%g joints %g target %g\n", 2*std::atan2(q.z,q.w), e.joints, e.targets); }
 }
+TEST_CASE("tmp far", "[.]") {
+  World w = bendy(5);
+  w.destroy(w.find("finger"));
+  const Entity last = w.find("link4");
+  Assembler pull(w);
+  must(pull.add(PointTarget{.body = last, .point = {0.5, 0, 0}, .target = {6,8,0}}));
+  for (int i = 0; i < 3000; ++i) { auto e = pull.iterate(); if (i<10 || i%100==0) {const Vec3 p = to_world(pull.world().bodies[last].pose, {.5,0,0});  std::printf("%d %g joints %g target %.9g\n", i, glm::distance(p, Vec3(3,4,0)), e.joints, e.targets); }}
+}
