@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/assembly/branches.hpp"
+#include "engine/assembly/surfaces.hpp"
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 
@@ -31,15 +32,16 @@ struct Assembling {
   Random random;
 
   /// Descends from the present poses, and turns joints off spurious branches. True: assembled.
-  bool attempt();
+  bool attempt(Bring bring = Bring::lost);
   /// Perturbs the first poses; the size grows with the number of the start.
   void restart(const Poses& first, int number);
 };
 
-bool Assembling::attempt() {
+bool Assembling::attempt(Bring bring) {
   const Method& method = choices.method ? *choices.method : methods().front();
   const int most = kMostTurned + static_cast<int>(part.m.blocks.size());
   report.turned_over += face(world, part);
+  report.brought += bring_into_contact(world, part, bring);
   for (int turned = 0;; ++turned) {
     Descent d{world, part, choices.effort, random, choices.watch};
     const Ending ending = method.descend(d);
@@ -76,7 +78,7 @@ bool assemble_part(Assembling& a) {
   for (int n = 1; n <= a.choices.starts; ++n) {
     ++a.report.starts;
     a.restart(first, n);
-    if (a.attempt()) return true;
+    if (a.attempt(n % 2 == 0 ? Bring::all : Bring::lost)) return true;
     const Real merit = merit_of(a.part);
     if (!(merit < kBetter * least)) continue;
     least = merit, best = poses_of(a.part);

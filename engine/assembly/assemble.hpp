@@ -41,6 +41,7 @@ struct AssemblyReport {
   int starts = 0;         // perturbed starts that were taken
   int perturbations = 0;  // at saddle points
   int turned_over = 0;    // bodies turned half round, off a spurious branch
+  int brought = 0;        // bodies put against a surface that they did not face
   std::uint64_t seed = 0;
   std::size_t bodies = 0, rows = 0, rank = 0;
   std::int64_t mobility = 0;  // degrees of freedom that are left

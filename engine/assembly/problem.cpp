@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/assembly/surfaces.hpp"
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/solver.hpp"
 
@@ -14,6 +15,7 @@ using lagrangian::BlockKind;
 using lagrangian::Island;
 using lagrangian::jacobian_of;
 using lagrangian::RowVectors;
+using lagrangian::SurfaceMemory;
 
 namespace {
 
@@ -78,6 +80,14 @@ void set_units(Part& part) {
     }
 }
 
+/// Whether a bilateral surface joint tracks no pair.
+bool has_unknown_pairs(const Island& m) {
+  for (std::size_t n = 0; n < m.touches.size(); ++n)
+    if (m.blocks[m.touch_blocks[n]].lock && !m.touches[n].known && !m.touches[n].is_over())
+      return true;
+  return false;
+}
+
 /// Rolling that holds velocities only does not count.
 void write_rows(const World& world, Island& m) {
   lagrangian::write_all_rows(world, m, {true, false});
@@ -140,7 +150,15 @@ void look(const World& world, Part& part) {
   m.scratch.lost_touch = UINT32_MAX;
   write_rows(world, m);
   if (m.scratch.lost_touch != UINT32_MAX) {
+    // Bilateral pairs that are lost are searched again; the gap is then unknown, not zero.
+    SurfaceMemory& lost = m.touches[m.scratch.lost_touch];
+    if (m.blocks[m.touch_blocks[m.scratch.lost_touch]].lock) lost.known = false;
     lagrangian::look_for_touches(world, m, kSearchSpan);
+    m.scratch.lost_touch = UINT32_MAX;
+    write_rows(world, m);
+  }
+  if (!m.touches.empty() && has_unknown_pairs(m)) {
+    find_pairs_anywhere(world, part);
     write_rows(world, m);
   }
   if (!m.unilateral) return;
@@ -160,6 +178,8 @@ void count(const World& world, Part& part) {
 
 bool counts(const Part& part, std::size_t block) {
   const Block& b = part.m.blocks[block];
+  // A bilateral surface joint without a pair is open by more than is known.
+  if (b.kind == BlockKind::surface && b.lock) return !part.m.touches[b.first_place].is_over();
   if (lagrangian::is_compliant(b.kind) || !lagrangian::is_active(part.m, block)) return false;
   return !lagrangian::is_one_sided(part.m, block) || part.m.scratch.c[b.first_row] < 0;
 }

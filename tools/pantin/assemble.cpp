@@ -130,7 +130,7 @@ Json to_json(const Assembled& a) {
   j["method"] = a.c.method, j["tolerance"] = a.c.tolerance;
   j["residual"] = r.residual, j["iterations"] = r.iterations;
   j["restarts"] = r.starts, j["perturbations"] = r.perturbations, j["seed"] = r.seed;
-  j["turned_over"] = r.turned_over;
+  j["turned_over"] = r.turned_over, j["brought_into_contact"] = r.brought;
   j["bodies"] = r.bodies, j["rows"] = r.rows, j["rank"] = r.rank, j["mobility"] = r.mobility;
   j["moved_m"] = r.moved, j["turned_rad"] = r.turned, j["seconds"] = a.seconds;
   j["residuals"] = Json::array();
