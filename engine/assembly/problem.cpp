@@ -111,6 +111,7 @@ Problem make_problem(const World& world, std::span<const Entity> held) {
     Part part{m, {}, {}};
     lagrangian::place_for_inspection(w, part.m, kStep);
     part.m.scratch.poses_only = true;
+    part.m.loops = false;  // dependent rows are regularised, and steps are not refined
     lagrangian::count_turns(w, part.m, lagrangian::CountFrom::nearest);
     for (lagrangian::BlockMemory& memory : part.m.memory) memory.active = true;
     write_rows(w, part.m);
