@@ -3,9 +3,12 @@
 
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstdlib>
 #include <memory>
 #include <new>
+#include <pantin/assembler.hpp>
+#include <pantin/must.hpp>
 #include <vector>
 
 #include "engine/runtime/simulation.hpp"
@@ -282,4 +285,24 @@ TEST_CASE("a step of a lamina allocates nothing after the first few, switches of
     switches += simulation.step().mode_switches;
   CHECK(allocations == before);
   if (std::string(name) != "push") CHECK(switches > 0);
+}
+
+TEST_CASE("an assembler allocates nothing while targets move, limits met or not") {
+  World world = hung_chain(10).world;
+  world.default_settings.solver = Solver::lagrangian;
+  for (Link& l : world.links.values()) {
+    l.joint.limits.edit().angle = {true, -0.1, 0.1};
+    l.joint.limits.edit().swing = {true, 0.3, 0.2};
+  }
+  const Entity last = world.bodies.owners()[10];
+  const Vec3 start = world.bodies[last].pose.position;
+  Assembler hand(world);
+  const Target target = must(hand.add(PointTarget{.body = last, .target = start}));
+  hand.settle(20);
+  const long before = allocations;
+  for (int i = 0; i < 300; ++i) {
+    hand.move(target, start + 0.5 * Vec3(std::sin(0.1 * i), std::sin(0.07 * i), 0.3));
+    hand.iterate();
+  }
+  CHECK(allocations - before == 0);
 }
