@@ -49,7 +49,8 @@ struct AssemblyReport {
   std::vector<RedundantLaw> redundant;
   std::vector<Entity> wrong_branch;      // joints whose axes are opposed
   std::vector<Entity> reached_limits;    // joints at a limit, cables that are taut
-  std::vector<Entity> contradictory;     // a set of laws that cannot all hold; each is needed for it
+  // A set of laws that cannot all hold, each of which is needed for that; empty if none was found.
+  std::vector<Entity> contradictory;
   Real moved = 0, turned = 0;            // the largest displacement and rotation of a body, m, rad
 };
 

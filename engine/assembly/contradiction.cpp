@@ -39,6 +39,8 @@ bool can_hold(const World& world, const World& start, std::span<const Entity> le
 std::vector<Entity> find_contradiction(const World& world, const World& start,
                                        const AssemblyReport& report,
                                        const AssemblyChoices& choices) {
+  // A method may have stopped short of a solution that there is.
+  if (can_hold(world, start, {}, choices)) return {};
   // Laws with the least residual first: those with the largest are left.
   std::vector<Entity> order, out;
   for (auto it = report.residuals.rbegin(); it != report.residuals.rend(); ++it)

@@ -183,6 +183,17 @@ void print_report(const Assembled& a) {
   print_list("contradict", names_of(w, r.contradictory));
 }
 
+/// Why a scene could not be assembled.
+std::string words_of_failure(const Assembled& a) {
+  const std::vector<std::string> names = names_of(a.scene.world, a.report.contradictory);
+  if (!names.empty())
+    return fmt::format("found a contradiction of {}, expected laws that can hold together",
+                       fmt::join(names, ", "));
+  return fmt::format("found a residual of {:.3g} after {} iterations of {}, expected at most {:g}; "
+                     "the laws do not contradict one another",
+                     a.report.residual, a.report.iterations, a.c.method, a.c.tolerance);
+}
+
 int write_trace(const Assembled& a) {
   std::string text = "iteration,seconds,residual,merit,damping\n";
   for (const TraceRow& t : a.trace)
@@ -194,7 +205,12 @@ int write_trace(const Assembled& a) {
 /// Frames and films of the iterations, each shown for kShown seconds.
 int draw(Assembled& a) {
   Scene shown = a.scene;
-  shown.world = a.start;
+  const auto place = [&](std::size_t iteration) {
+    for (std::size_t b = 0; b < a.shown[iteration].size(); ++b)
+      shown.world.bodies.values()[b].pose = a.shown[iteration][b];
+  };
+  if (a.shown.empty()) return kOk;
+  place(0);
   shown.step = kShown, shown.duration = kShown * static_cast<double>(a.shown.size());
   auto opened = Pictures::open(a.c.pictures, shown, steps_of(shown));
   const auto fail = [](const PictureFailure& f) {
@@ -205,8 +221,7 @@ int draw(Assembled& a) {
   Pictures& pictures = *std::get<0>(opened);
   for (std::size_t i = 0; i < a.shown.size(); ++i) {
     pictures.before_step(shown.world);
-    for (std::size_t b = 0; b < a.shown[i].size(); ++b)
-      shown.world.bodies.values()[b].pose = a.shown[i][b];
+    place(i);
     ++shown.world.tick, shown.world.time += kShown;
     if (!pictures.after_step(shown.world, a.trace[i].residual)) break;
   }
@@ -307,13 +322,7 @@ int assemble_scene(const AssembleChoices& c) {
   else
     print_report(a);
   int code = a.report.assembled ? kOk : kDiverged;
-  if (!a.report.assembled)
-    complain(fmt::format("{}: found {}, expected laws that can hold together", c.scene,
-                         a.report.contradictory.empty()
-                             ? fmt::format("no pose with residuals below {:g}", c.tolerance)
-                             : fmt::format("a contradiction of {}",
-                                           fmt::join(names_of(scene.world, a.report.contradictory),
-                                                     ", "))));
+  if (!a.report.assembled) complain(c.scene + ": " + words_of_failure(a));
   const auto also = [&](bool wanted, int (*write)(Assembled&)) {
     if (const int failed = wanted ? write(a) : kOk; failed != kOk) code = failed;
   };
