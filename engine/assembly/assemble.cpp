@@ -33,6 +33,8 @@ struct Assembling {
 
   /// Descends from the present poses, and turns joints off spurious branches. True: assembled.
   bool attempt(Bring bring = Bring::lost);
+  /// Descends to the pose of least squares.
+  bool settle();
   /// Perturbs the first poses; the size grows with the number of the start.
   void restart(const Poses& first, int number);
 };
@@ -56,9 +58,19 @@ bool Assembling::attempt(Bring bring) {
   }
 }
 
+bool Assembling::settle() {
+  const Method& method = choices.method ? *choices.method : methods().front();
+  Descent d{world, part, choices.effort, random, choices.watch};
+  d.settles = true;
+  const Ending ending = method.descend(d);
+  report.iterations += d.iterations;
+  return ending == Ending::closed && wrong_branches(world, part).empty();
+}
+
 void Assembling::restart(const Poses& first, int number) {
-  const Real part_of_range = std::min(Real(1), Real(number - 1) / 12);
-  const Real size = kSmallestStart * std::pow(kLargestStart / kSmallestStart, part_of_range);
+  const Real part_of_range = std::min(Real(1), Real(number - 2) / 12);
+  // The first one only lays the bodies out.
+  const Real size = number == 1 ? 0 : kSmallestStart * std::pow(kLargestStart / kSmallestStart, part_of_range);
   Poses poses = first;
   for (std::size_t b = 0; b < poses.size(); ++b) {
     poses[b].rotation =
@@ -78,13 +90,14 @@ bool assemble_part(Assembling& a) {
   for (int n = 1; n <= a.choices.starts; ++n) {
     ++a.report.starts;
     a.restart(first, n);
+    if (n % 3 != 0) lay_out(a.world, a.part);
     if (a.attempt(n % 2 == 0 ? Bring::all : Bring::lost)) return true;
     const Real merit = merit_of(a.part);
     if (!(merit < kBetter * least)) continue;
     least = merit, best = poses_of(a.part);
   }
   set_poses(a.world, a.part, best);
-  return false;
+  return a.settle();
 }
 
 void list_residuals(const World& world, const Part& part, AssemblyReport& report) {

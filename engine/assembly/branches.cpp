@@ -127,4 +127,66 @@ int face(const World& world, Part& part) {
   return turned;
 }
 
+namespace {
+
+/// Places body b of a joint against body a, or a against b.
+void place_at(const Joint& joint, const Pose& fixed, int end, Pose& moves) {
+  const JointKindInfo& kind = info_of(joint.kind);
+  const bool moves_b = end == 1;
+  const Pose &a = moves_b ? fixed : moves, &b = moves_b ? moves : fixed;
+  const Quat q = allowed_rotation(joint, relative_rotation(joint, a.rotation, b.rotation));
+  // R_b F_b = R_a F_a Q
+  const Quat turned =
+      moves_b ? a.rotation * joint.frames.a() * q * glm::conjugate(joint.frames.b())
+              : b.rotation * joint.frames.b() * glm::conjugate(q) * glm::conjugate(joint.frames.a());
+  const Vec3 apart_before = residual(joint, a, b);
+  moves.rotation = glm::normalize(turned);
+  Vec3 apart(0);
+  if (kind.find(Coordinate::travel)) {  // along x of a
+    const Vec3 x = a.rotation * (joint.frames.a() * Vec3(1, 0, 0));
+    const AngleLimit& range = joint.parameters->travel;
+    const Real way = glm::dot(apart_before, x);
+    apart = (range.on ? std::clamp(way, range.low, range.high) : way) * x;
+  }
+  const Vec3 now = residual(joint, a, b);
+  moves.position += (moves_b ? 1.0 : -1.0) * (apart - now);
+}
+
+bool is_tree_joint(const World& world, const Block& b) {
+  if (b.kind != BlockKind::joint) return false;
+  const JointKindInfo& kind = info_of(world.links.values()[b.source].joint.kind);
+  return kind.holds_point || (kind.find(Coordinate::travel) && !kind.is_line);
+}
+
+}  // namespace
+
+void lay_out(const World& world, Part& part) {
+  Island& m = part.m;
+  lagrangian::Motions& s = m.scratch.state;
+  std::vector<bool> placed(m.count() + m.frames.size(), false);
+  for (std::size_t i = m.count(); i < placed.size(); ++i) placed[i] = true;
+  if (m.frames.empty()) placed[0] = true;
+  const auto pose = [&](std::uint32_t body) {
+    const BodyState& at = m.scratch.body_states[body];
+    return body < m.count() ? Pose{s.x[body], s.q[body]} : Pose{at.position, at.rotation};
+  };
+  for (bool any = true; any;) {
+    any = false;
+    for (const Block& b : m.blocks) {
+      if (!is_tree_joint(world, b) || placed[b.body[0]] == placed[b.body[1]]) continue;
+      const int end = placed[b.body[0]] ? 1 : 0;
+      const std::uint32_t body = b.body[end];
+      Pose at = pose(body);
+      place_at(world.links.values()[b.source].joint, pose(b.body[1 - end]), end, at);
+      s.x[body] = at.position, s.q[body] = at.rotation;
+      placed[body] = any = true;
+    }
+    // Bodies that only other laws connect stay; what hangs on them is placed from there.
+    if (!any)
+      for (std::size_t i = 0; i < m.count() && !any; ++i)
+        if (!placed[i]) placed[i] = any = true;
+  }
+  look(world, part), count(world, part);
+}
+
 }  // namespace pantin::detail::assembly

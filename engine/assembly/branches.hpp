@@ -17,4 +17,9 @@ void turn_over(const World& world, Part& part, std::uint32_t block);
 /// order of joints. Returns the number of turns.
 int face(const World& world, Part& part);
 
+/// Places bodies one after the other along joints, from those that cannot move outwards: anchors
+/// meet, and rotations and travels are the nearest that the joint allows within its limits. Joints
+/// that close loops stay open.
+void lay_out(const World& world, Part& part);
+
 }  // namespace pantin::detail::assembly

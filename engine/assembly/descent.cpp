@@ -18,9 +18,9 @@ constexpr Real kNear = 1e-2;
 constexpr Real kFlat = 1e-8;
 constexpr int kMostPerturbations = 2;
 constexpr Real kPerturbation = 1e-3;
-/// Steps in a row with a relative decrease below kNoDecrease end the descent.
-constexpr Real kNoDecrease = 1e-7;
-constexpr int kMostIdle = 8;
+/// Iterations that have to reduce the merit by a tenth, or the descent ends.
+constexpr int kPatience = 25;
+constexpr Real kProgress = 0.9;
 constexpr int kMemory = 5;
 /// Further steps once the residual is within the tolerance, while each at least halves it.
 constexpr int kPolish = 3;
@@ -56,7 +56,7 @@ void polish(Descent& d) {
 Ending descend(Descent& d, bool ends_by_newton, int memory) {
   Real damping = kFirstDamping;
   bool tries_newton = ends_by_newton;
-  int idle = 0;
+  Real before = merit_of(d.part);  // kPatience iterations ago
   Real recent[kMemory];
   std::fill_n(recent, kMemory, merit_of(d.part));
   int at = 0;
@@ -66,10 +66,12 @@ Ending descend(Descent& d, bool ends_by_newton, int memory) {
       return Ending::closed;
     }
     const Real merit = merit_of(d.part);
-    if (slope_of(d.part) < kFlat || damping > kMost || idle >= kMostIdle) {
-      if (d.perturbations >= kMostPerturbations) return Ending::stationary;
+    const bool idles = !d.settles && d.iterations % kPatience == kPatience - 1 && merit > kProgress * before;
+    if (d.iterations % kPatience == 0) before = merit;
+    if (idles || slope_of(d.part) < kFlat || damping > kMost) {
+      if (idles || d.perturbations >= kMostPerturbations) return Ending::stationary;
       d.perturb();
-      damping = kFirstDamping, idle = 0;
+      damping = kFirstDamping;
       std::fill_n(recent, kMemory, merit_of(d.part));
       continue;
     }
@@ -86,7 +88,6 @@ Ending descend(Descent& d, bool ends_by_newton, int memory) {
       damping = good ? std::max(kEase * damping, kLeast) : kStiffen * damping;
       tries_newton = ends_by_newton && good;
     }
-    if (good) idle = merit_of(d.part) > (1 - kNoDecrease) * merit ? idle + 1 : 0;
   }
 }
 

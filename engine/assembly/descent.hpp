@@ -37,6 +37,7 @@ struct Descent {
   const Effort& effort;
   Random& random;  // of perturbations
   const std::function<void(const Iteration&)>& watch;
+  bool settles = false;  // does not give up while the merit falls, however slowly
   int iterations = 0, perturbations = 0;
 
   /// Reports the present state. True: the residual is within the tolerance.
