@@ -10,11 +10,11 @@ int main() {
   world.default_settings.solver = Solver::lagrangian;
   const Entity frame = must(world.add(RigidBody{.motion = Motion::fixed, .name = "frame"}));
   const auto bar = [&](Real length, Vec3 anywhere, const char* name) {
-    return must(world.add(
-        RigidBody{.shape = CapsuleShape{.radius = 0.02, .half_length = length / 2},
-                  .position = anywhere,
-                  .rotation = glm::normalize(Quat(1, anywhere.x, anywhere.y, anywhere.z)),
-                  .name = name}));
+    return must(
+        world.add(RigidBody{.shape = CapsuleShape{.radius = 0.02, .half_length = length / 2},
+                            .position = anywhere,
+                            .rotation = glm::normalize(Quat(1, anywhere.x, anywhere.y, anywhere.z)),
+                            .name = name}));
   };
   const Entity crank = bar(0.3, {2, 1, 0.5}, "crank"), coupler = bar(1, {-1, 2, 0.3}, "coupler"),
                rocker = bar(0.8, {0.4, -3, -0.7}, "rocker");

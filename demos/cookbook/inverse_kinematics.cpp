@@ -16,8 +16,8 @@ int main() {
   const Vec3 rest = to_world(world.bodies[doll.forearms[1]].pose, tip);
   const Target hand =
       must(figure.add(PointTarget{.body = doll.forearms[1], .point = tip, .target = rest}));
-  const Target gaze = must(figure.add(AimTarget{
-      .body = doll.head, .direction = {0, 0, 1}, .target = {0, 1.6, 1}, .weight = 0.1}));
+  const Target gaze = must(figure.add(
+      AimTarget{.body = doll.head, .direction = {0, 0, 1}, .target = {0, 1.6, 1}, .weight = 0.1}));
 
   Real joints = 0, far = 0;
   for (int i = 0; i < 600; ++i) {  // the ball circles in front of the figure
@@ -29,7 +29,8 @@ int main() {
     if (i > 100) far = std::max(far, errors.targets);
   }
   const Vec3 at = to_world(figure.world().bodies[doll.forearms[1]].pose, tip);
-  std::printf("the hand is at (%.2f, %.2f, %.2f), targets within %.0e m, joints within %.0e\n", at.x,
-              at.y, at.z, far, joints);
+  std::printf("the hand is at (%.2f, %.2f, %.2f), targets within %.0e m, joints within %.0e\n",
+              at.x, at.y, at.z, far, joints);
 }
-// prints: the hand is at \(-0\.2., 1\.1., 0\.3.\), targets within .e-0[4-9] m, joints within .e-(0[6-9]|1.)
+// prints: the hand is at \(-0\.2., 1\.1., 0\.3.\), targets within .e-0[4-9] m, joints within
+// .e-(0[6-9]|1.)

@@ -15,8 +15,8 @@ using lagrangian::BlockKind;
 
 namespace {
 
-/// Sizes of perturbed starts, in rad and in sizes of the mechanism: growing, so that a solution near
-/// the start is found before one far away.
+/// Sizes of perturbed starts, in rad and in sizes of the mechanism: growing, so that a solution
+/// near the start is found before one far away.
 constexpr Real kSmallestStart = 0.05, kLargestStart = 3;
 /// Joints turned over in one attempt: at most this many, and as many again as there are joints.
 constexpr int kMostTurned = 16;
@@ -70,7 +70,8 @@ bool Assembling::settle() {
 void Assembling::restart(const Poses& first, int number) {
   const Real part_of_range = std::min(Real(1), Real(number - 2) / 12);
   // The first one only lays the bodies out.
-  const Real size = number == 1 ? 0 : kSmallestStart * std::pow(kLargestStart / kSmallestStart, part_of_range);
+  const Real size =
+      number == 1 ? 0 : kSmallestStart * std::pow(kLargestStart / kSmallestStart, part_of_range);
   Poses poses = first;
   for (std::size_t b = 0; b < poses.size(); ++b) {
     poses[b].rotation =
@@ -111,11 +112,9 @@ void list_residuals(const World& world, const Part& part, AssemblyReport& report
     for (std::size_t r = b.first_row; r < b.first_row + b.rows && on; ++r)
       sum += part.m.scratch.c[r] * part.m.scratch.c[r];
     const Entity law = joint_of(world, b);
-    auto same = std::find_if(report.residuals.begin(), report.residuals.end(), [&](const auto& l) {
-      return l.law == law && l.is_limit == is_limit;
-    });
-    if (same == report.residuals.end())
-      same = report.residuals.insert(same, {law, 0, is_limit});
+    auto same = std::find_if(report.residuals.begin(), report.residuals.end(),
+                             [&](const auto& l) { return l.law == law && l.is_limit == is_limit; });
+    if (same == report.residuals.end()) same = report.residuals.insert(same, {law, 0, is_limit});
     same->residual = std::hypot(same->residual, std::sqrt(sum));
   }
   for (const std::uint32_t i : wrong_branches(world, part))
@@ -153,8 +152,8 @@ void count_freedoms(const World& world, Part& part, AssemblyReport& report) {
   }
   report.rows += rows, report.rank += rows - dependent;
   report.bodies += m.count();
-  report.mobility += 6 * static_cast<std::int64_t>(m.count()) -
-                     static_cast<std::int64_t>(rows - dependent);
+  report.mobility +=
+      6 * static_cast<std::int64_t>(m.count()) - static_cast<std::int64_t>(rows - dependent);
 }
 
 void note_motion(const Poses& first, const Poses& last, AssemblyReport& report) {
@@ -182,8 +181,9 @@ AssemblyReport assemble(World& world, const AssemblyChoices& choices) {
     write_poses(part, world);
     count_freedoms(p.world, part, report);
   }
-  std::stable_sort(report.residuals.begin(), report.residuals.end(),
-                   [](const LawResidual& x, const LawResidual& y) { return x.residual > y.residual; });
+  std::stable_sort(
+      report.residuals.begin(), report.residuals.end(),
+      [](const LawResidual& x, const LawResidual& y) { return x.residual > y.residual; });
   if (!report.assembled && choices.finds_contradictions)
     report.contradictory = find_contradiction(world, start, report, choices);
   return report;

@@ -1,6 +1,6 @@
 #pragma once
-/// Brings the bodies of a World from any poses to poses at which all laws hold: joints, pins, gears,
-/// belts, cables, limits, surfaces and curves in contact. Method and figures: README.md.
+/// Brings the bodies of a World from any poses to poses at which all laws hold: joints, pins,
+/// gears, belts, cables, limits, surfaces and curves in contact. Method and figures: README.md.
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -44,14 +44,14 @@ struct AssemblyReport {
   int brought = 0;        // bodies put against a surface that they did not face
   std::uint64_t seed = 0;
   std::size_t bodies = 0, rows = 0, rank = 0;
-  std::int64_t mobility = 0;  // degrees of freedom that are left
-  std::vector<LawResidual> residuals;    // of all laws, the largest first
+  std::int64_t mobility = 0;           // degrees of freedom that are left
+  std::vector<LawResidual> residuals;  // of all laws, the largest first
   std::vector<RedundantLaw> redundant;
-  std::vector<Entity> wrong_branch;      // joints whose axes are opposed
-  std::vector<Entity> reached_limits;    // joints at a limit, cables that are taut
+  std::vector<Entity> wrong_branch;    // joints whose axes are opposed
+  std::vector<Entity> reached_limits;  // joints at a limit, cables that are taut
   // A set of laws that cannot all hold, each of which is needed for that; empty if none was found.
   std::vector<Entity> contradictory;
-  Real moved = 0, turned = 0;            // the largest displacement and rotation of a body, m, rad
+  Real moved = 0, turned = 0;  // the largest displacement and rotation of a body, m, rad
 };
 
 /// Assembles a World in place. If that is impossible, its bodies are left in the pose of least

@@ -12,16 +12,16 @@ using lagrangian::Island;
 
 namespace {
 
-/// The bodies that connect to `body` without a joint; only itself if that includes the joint's other
-/// body, or anything that cannot move.
+/// The bodies that connect to `body` without a joint; only itself if that includes the joint's
+/// other body, or anything that cannot move.
 std::vector<std::uint32_t> side_of(const Island& m, const Block& joint, std::uint32_t body,
                                    std::uint32_t other) {
   const auto ground = static_cast<std::uint32_t>(m.count());
   DisjointSets sets(m.count() + 1);
   for (const Block& b : m.blocks) {
     if (lagrangian::is_compliant(b.kind)) continue;
-    const bool is_own = (b.kind == BlockKind::joint || b.kind == BlockKind::limit) &&
-                        b.source == joint.source;
+    const bool is_own =
+        (b.kind == BlockKind::joint || b.kind == BlockKind::limit) && b.source == joint.source;
     for (std::size_t k = 1; k < b.count && !is_own; ++k)
       sets.join(std::min(b.body[0], ground), std::min(b.body[k], ground));
   }
@@ -98,8 +98,8 @@ void turn_over(const World& world, Part& part, std::uint32_t block) {
       of_b.empty() || (of_a.size() > 1 && (of_b.size() == 1 || of_a.size() < of_b.size()));
   const int end = takes_a ? 0 : 1;
   const BodyState& moves = m.scratch.body_states[b.body[end]];
-  const Vec3 centre = moves.position +
-                      moves.rotation_matrix * (takes_a ? joint.anchor_a : joint.anchor_b);
+  const Vec3 centre =
+      moves.position + moves.rotation_matrix * (takes_a ? joint.anchor_a : joint.anchor_b);
   turn(part, takes_a ? of_a : of_b, half_turn(world, part, {block, end}), centre);
   look(world, part), count(world, part);
 }
@@ -136,9 +136,9 @@ void place_at(const Joint& joint, const Pose& fixed, int end, Pose& moves) {
   const Pose &a = moves_b ? fixed : moves, &b = moves_b ? moves : fixed;
   const Quat q = allowed_rotation(joint, relative_rotation(joint, a.rotation, b.rotation));
   // R_b F_b = R_a F_a Q
-  const Quat turned =
-      moves_b ? a.rotation * joint.frames.a() * q * glm::conjugate(joint.frames.b())
-              : b.rotation * joint.frames.b() * glm::conjugate(q) * glm::conjugate(joint.frames.a());
+  const Quat turned = moves_b ? a.rotation * joint.frames.a() * q * glm::conjugate(joint.frames.b())
+                              : b.rotation * joint.frames.b() * glm::conjugate(q) *
+                                    glm::conjugate(joint.frames.a());
   const Vec3 apart_before = residual(joint, a, b);
   moves.rotation = glm::normalize(turned);
   Vec3 apart(0);

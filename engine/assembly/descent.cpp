@@ -66,7 +66,8 @@ Ending descend(Descent& d, bool ends_by_newton, int memory) {
       return Ending::closed;
     }
     const Real merit = merit_of(d.part);
-    const bool idles = !d.settles && d.iterations % kPatience == kPatience - 1 && merit > kProgress * before;
+    const bool idles =
+        !d.settles && d.iterations % kPatience == kPatience - 1 && merit > kProgress * before;
     if (d.iterations % kPatience == 0) before = merit;
     if (idles || slope_of(d.part) < kFlat || damping > kMost) {
       if (idles || d.perturbations >= kMostPerturbations) return Ending::stationary;

@@ -28,7 +28,7 @@ constexpr Real kHard = 1e-12, kFree = 1e15;
 /// A limit that is beyond its bound by more, after a step, is met: the step is solved again.
 constexpr Real kMet = 1e-9;
 constexpr int kMostRetries = 4;
-constexpr Real kStep = 1e-3;  // s; frames are at rest
+constexpr Real kStep = 1e-3;             // s; frames are at rest
 constexpr Real kRegularisation = 1e-12;  // of dependent rows
 constexpr Real kUnrefined = std::numeric_limits<Real>::infinity();
 
@@ -105,8 +105,8 @@ void Live::compile() {
     const LiveTarget& t = targets_[i];
     if (!used_[i] || !w.bodies.find(t.body)) continue;
     if (t.goal == Goal::point) {
-      const Entity pin = w.add_pin({.body = t.body, .anchor = t.own.position,
-                                    .target = t.target.position});
+      const Entity pin =
+          w.add_pin({.body = t.body, .anchor = t.own.position, .target = t.target.position});
       followed_.push_back({i, 0, 0, pin}), laws.push_back(pin);
       continue;
     }

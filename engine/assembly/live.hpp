@@ -1,7 +1,8 @@
 #pragma once
 /// Assembly of one iteration a call: bodies follow targets while all laws hold.
 ///
-///   minimise  |step|^2 / 2 + sum w |J step + C|^2 / (2 softness)   subject to  J step = -C of all laws
+///   minimise  |step|^2 / 2 + sum w |J step + C|^2 / (2 softness)   subject to  J step = -C of all
+///   laws
 ///
 /// One damped Gauss-Newton step of the Lagrangian solver's factor: rows of targets have the
 /// compliance softness / w, those of laws have none.
@@ -22,8 +23,8 @@ enum class Goal : std::uint8_t {
 struct LiveTarget {
   Goal goal = Goal::point;
   Entity body;
-  Pose own;      // in the mass-centre frame: the point; the frame; the line, along its x
-  Pose target;   // world: where that should be
+  Pose own;     // in the mass-centre frame: the point; the frame; the line, along its x
+  Pose target;  // world: where that should be
   Real weight = 1, turn_weight = 1;  // of lengths, and of rotations (per m^2 at the body's arm)
 };
 
@@ -65,10 +66,10 @@ class Live {
   };
   struct PartState {
     Real softness = 1e-3;
-    Real merit = 0;      // of targets, after the last iteration
-    Real error = 0;      // of laws, then
+    Real merit = 0;       // of targets, after the last iteration
+    Real error = 0;       // of laws, then
     bool closed = false;  // laws held before, and no target has moved
-    bool known = false;  // rows are evaluated at the present poses and targets
+    bool known = false;   // rows are evaluated at the present poses and targets
   };
 
   void compile();

@@ -62,8 +62,8 @@ void set_metric(Island& m) {
     const Real gyration = std::max({inertia.x, inertia.y, inertia.z});
     const Real arm = number[b] > 0 ? sum[b] / number[b] : 0;
     m.mass[b] = 1;
-    m.inertia[b] = Vec3(std::max({arm, kLeastArm * m.size * kLeastArm * m.size,
-                                  arm > 0 ? kLeastArm * gyration : gyration}));
+    m.inertia[b] = Vec3(std::max(
+        {arm, kLeastArm * m.size * kLeastArm * m.size, arm > 0 ? kLeastArm * gyration : gyration}));
   }
 }
 

@@ -1,7 +1,8 @@
 #pragma once
 /// The laws of a World that fix poses, as a least-squares problem in the poses of its bodies.
 ///
-///   minimise  sum of C_r^2 / D_r      C: rows of the Lagrangian solver, one-sided ones where violated
+///   minimise  sum of C_r^2 / D_r      C: rows of the Lagrangian solver, one-sided ones where
+///   violated
 ///
 /// Steps are least in the metric W^-1 of poses: a displacement counts 1, a rotation the square of
 /// the body's arm. D_r is the row's diagonal of J W J^T for unit directions, so residuals of angles
@@ -15,8 +16,8 @@ namespace pantin::detail::assembly {
 
 /// One island: bodies that laws connect.
 struct Part {
-  lagrangian::Island m;     // mass 1, inertia arm^2: the metric of poses
-  std::vector<Real> units;  // by row: D
+  lagrangian::Island m;      // mass 1, inertia arm^2: the metric of poses
+  std::vector<Real> units;   // by row: D
   std::vector<Real> bounds;  // by block: of gears without an offset, from the first poses
 };
 

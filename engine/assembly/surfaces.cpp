@@ -44,8 +44,8 @@ bool find_pairs_anywhere(const World& world, Part& part) {
     const SurfaceContact& c = s.contact();
     if (c.lifts || s.memory(0).is_over() || s.memory(0).known) return;
     const Pose at = lagrangian::a_in_b_now(s);
-    const Real reach = glm::length(at.position) + lagrangian::extent_of(c.on_a) +
-                       lagrangian::extent_of(c.on_b);
+    const Real reach =
+        glm::length(at.position) + lagrangian::extent_of(c.on_a) + lagrangian::extent_of(c.on_b);
     nurbs::CommonNormal found[kMostPairs];
     const std::size_t count = find_pairs(c, at, {reach, found});
     all = all && count > 0;

@@ -50,7 +50,7 @@ Assembly assemble(World& world, const std::vector<Entity>& held, Real tolerance)
   AssemblyChoices choices;
   choices.held = held, choices.effort.tolerance = tolerance;
   const AssemblyReport r = detail::assembly::assemble(world, choices);
-  Assembly result{r.assembled, r.residual, r.iterations, r.starts, static_cast<int>(r.mobility),
+  Assembly result{r.assembled, r.residual,     r.iterations, r.starts, static_cast<int>(r.mobility),
                   {},          r.contradictory};
   for (const RedundantLaw& l : r.redundant) result.redundant.push_back(l.law);
   return result;
@@ -77,13 +77,16 @@ Result<Target> Assembler::add(const PoseTarget& t) {
   std::string fault = fault_of(world, t.body, t.weight);
   if (fault.empty() && !(t.turn_weight >= 0))
     fault = "turn_weight: found a number below 0, expected 0 or more";
-  if (fault.empty() && (!is_all_finite(t.target.position) ||
-                        !(std::abs(glm::length(t.target.rotation) - 1) < 1e-6)))
+  if (fault.empty() &&
+      (!is_all_finite(t.target.position) || !(std::abs(glm::length(t.target.rotation) - 1) < 1e-6)))
     fault = "target: found no pose, expected finite numbers and a unit quaternion";
   if (!fault.empty()) return Error{"PoseTarget: " + fault};
-  return number(inside_->live.add({Goal::pose, t.body, origin_of(world, t.body),
+  return number(inside_->live.add({Goal::pose,
+                                   t.body,
+                                   origin_of(world, t.body),
                                    {t.target.position, glm::normalize(t.target.rotation)},
-                                   t.weight, t.turn_weight}));
+                                   t.weight,
+                                   t.turn_weight}));
 }
 
 Result<Target> Assembler::add(const AimTarget& t) {
@@ -96,8 +99,8 @@ Result<Target> Assembler::add(const AimTarget& t) {
   if (!fault.empty()) return Error{"AimTarget: " + fault};
   const Pose origin = origin_of(world, t.body);
   const Pose own = compose(origin, Pose{t.point, along(t.direction)});
-  return number(inside_->live.add(
-      {Goal::aim, t.body, own, {t.target, kIdentity}, t.weight, t.weight}));
+  return number(
+      inside_->live.add({Goal::aim, t.body, own, {t.target, kIdentity}, t.weight, t.weight}));
 }
 
 bool Assembler::move(Target target, Vec3 to) {

@@ -28,10 +28,10 @@ namespace pantin {
 /// Result of `assemble`. Laws are joints, pins, gears, belts, cables and surface joints.
 struct Assembly {
   bool assembled = false;
-  Real residual = 0;   // the largest of all laws, m or rad
-  int iterations = 0;  // of all starts
-  int starts = 0;      // perturbed starts that were tried after the first
-  int mobility = 0;    // degrees of freedom that are left
+  Real residual = 0;                  // the largest of all laws, m or rad
+  int iterations = 0;                 // of all starts
+  int starts = 0;                     // perturbed starts that were tried after the first
+  int mobility = 0;                   // degrees of freedom that are left
   std::vector<Entity> redundant;      // laws with rows that follow from others
   std::vector<Entity> contradictory;  // laws that cannot hold together; without any one they can
 };

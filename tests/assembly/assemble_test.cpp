@@ -10,8 +10,8 @@ using namespace pantin::detail::assembly;
 
 namespace {
 
-/// The largest gap of a joint, by the measure of its kind, and of its axes, by the rotation that the
-/// kind allows: neither uses the rows of the solver.
+/// The largest gap of a joint, by the measure of its kind, and of its axes, by the rotation that
+/// the kind allows: neither uses the rows of the solver.
 Real worst_gap(const World& w) {
   Real worst = 0;
   for (const Link& l : w.links.values()) {
@@ -39,7 +39,7 @@ bool are_equal(const World& a, const World& b) {
 }  // namespace
 
 TEST_CASE("assembly: mechanisms close from far random poses") {
-  const std::pair<World, Real> all[] = {{bendy(4), 3},   {bendy(20), 3},  {stewart(), 1},
+  const std::pair<World, Real> all[] = {{bendy(4), 3},   {bendy(20), 3}, {stewart(), 1},
                                         {polygon(3), 1}, {bricard(), 1}, {bent(6), 1}};
   for (const auto& [model, spread] : all)
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
@@ -57,8 +57,11 @@ TEST_CASE("assembly: rank and mobility are those of the mechanism") {
     World world;
     std::size_t rows, rank;
     std::int64_t mobility;
-  } all[] = {{polygon(3), 20, 17, 1}, {bricard(), 30, 29, 1}, {stewart(), 66, 66, 12},
-             {polygon(4), 25, 22, 2}, {bendy(8), 27, 27, 21}};
+  } all[] = {{polygon(3), 20, 17, 1},
+             {bricard(), 30, 29, 1},
+             {stewart(), 66, 66, 12},
+             {polygon(4), 25, 22, 2},
+             {bendy(8), 27, 27, 21}};
   for (const auto& c : all) {
     World w = c.world;
     const AssemblyReport r = assemble_scattered(w, 3, 0.2);
@@ -129,8 +132,7 @@ TEST_CASE("assembly: limits hold, and the unlimited mechanism would violate them
   int violated = 0;
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     World w = free;
-    for (Link& l : w.links.values())
-      l.joint.limits.edit().angle = {true, -0.5, 0.5};
+    for (Link& l : w.links.values()) l.joint.limits.edit().angle = {true, -0.5, 0.5};
     scatter(w, seed, 0.7, {});
     World without = w;
     for (Link& l : without.links.values()) l.joint.limits.edit().angle.on = false;
@@ -140,8 +142,8 @@ TEST_CASE("assembly: limits hold, and the unlimited mechanism would violate them
     const auto beyond = [](const World& of) {
       Real most = 0;
       for (const Link& l : of.links.values()) {
-        const Quat q = relative_rotation(l.joint, of.bodies[l.a].pose.rotation,
-                                         of.bodies[l.b].pose.rotation);
+        const Quat q =
+            relative_rotation(l.joint, of.bodies[l.a].pose.rotation, of.bodies[l.b].pose.rotation);
         most = std::max(most, std::abs(std::remainder(2 * std::atan2(q.x, q.w), 2 * kPi)));
       }
       return most;
@@ -153,8 +155,8 @@ TEST_CASE("assembly: limits hold, and the unlimited mechanism would violate them
 }
 
 TEST_CASE("assembly: a chain that is too short shares its gap as the weights say") {
-  // Two links of 1 m between points 3 m apart. Joints to the ground move one body, the joint between
-  // them two, so it takes twice their share of the gap of 1 m.
+  // Two links of 1 m between points 3 m apart. Joints to the ground move one body, the joint
+  // between them two, so it takes twice their share of the gap of 1 m.
   World w;
   const Entity ground = add_solid(w, {}, "ground", Motion::fixed);
   const Entity one = add_solid(w, {{0.6, 0.1, 0}, kIdentity}, "one"),

@@ -28,7 +28,8 @@ Statistics statistics(const World& model, Real spread, int count, int starts) {
     World w = model;
     scatter(w, 1000 + static_cast<std::uint64_t>(i), spread, {});
     AssemblyChoices choices;
-    if (const char* m = std::getenv("PANTIN_METHOD")) choices.method = &methods()[std::size_t(std::atoi(m))];
+    if (const char* m = std::getenv("PANTIN_METHOD"))
+      choices.method = &methods()[std::size_t(std::atoi(m))];
     choices.starts = starts, choices.finds_contradictions = false, choices.seed = 7;
     const AssemblyReport report = assemble(w, choices);
     s.assembled += report.assembled, s.first += report.assembled && report.starts == 0;
@@ -39,7 +40,8 @@ Statistics statistics(const World& model, Real spread, int count, int starts) {
   const std::chrono::duration<double, std::micro> took = std::chrono::steady_clock::now() - begin;
   s.us = took.count() / std::max(1, all);
   std::sort(iterations.begin(), iterations.end());
-  if (!iterations.empty()) s.median = iterations[iterations.size() / 2], s.worst = iterations.back();
+  if (!iterations.empty())
+    s.median = iterations[iterations.size() / 2], s.worst = iterations.back();
   return s;
 }
 
@@ -50,15 +52,16 @@ TEST_CASE("assembly: statistics of far starts", "[.long]") {
     const char* name;
     World world;
     Real spread;
-  } cases[] = {{"bendy 4", bendy(4), 3},      {"bendy 8", bendy(8), 3},   {"bendy 20", bendy(20), 3},
-               {"bent 6", bent(6), 1},     {"Stewart", stewart(), 1},
-               {"four-bar", polygon(3), 1}, {"Bricard", bricard(), 1}};
+  } cases[] = {{"bendy 4", bendy(4), 3}, {"bendy 8", bendy(8), 3},  {"bendy 20", bendy(20), 3},
+               {"bent 6", bent(6), 1},   {"Stewart", stewart(), 1}, {"four-bar", polygon(3), 1},
+               {"Bricard", bricard(), 1}};
   const char* count = std::getenv("PANTIN_STARTS");
   for (const auto& c : cases) {
     const Statistics s = statistics(c.world, c.spread, count ? std::atoi(count) : 1000, 24);
-    std::printf("%-10s assembled %4d, first start %4d, restarts at most %2d; iterations median %3d, "
-                "worst %4d; %.1f us each\n",
-                c.name, s.assembled, s.first, s.starts, s.median, s.worst, s.us);
+    std::printf(
+        "%-10s assembled %4d, first start %4d, restarts at most %2d; iterations median %3d, "
+        "worst %4d; %.1f us each\n",
+        c.name, s.assembled, s.first, s.starts, s.median, s.worst, s.us);
     std::fflush(stdout);
     CHECK(s.assembled > 0);
   }

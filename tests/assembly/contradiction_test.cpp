@@ -47,14 +47,15 @@ Spoilt spoilt(std::uint64_t seed) {
   const int links = 4 + static_cast<int>(random.word() % 4);
   s.world = bendy(links);
   World& w = s.world;
-  // Rods hold every link in place: from points of each link to the ground, six a link are rigid with
-  // its joints. Lengths are those of the closed pose.
+  // Rods hold every link in place: from points of each link to the ground, six a link are rigid
+  // with its joints. Lengths are those of the closed pose.
   const Entity ground = w.find("ground");
   std::vector<Entity> rods;
   for (int i = 0; i < links; ++i) {
     const Entity link = w.find("link" + std::to_string(i));
     for (int k = 0; k < 3; ++k) {
-      const Vec3 at = 0.5 * random.in_ball(), far = w.bodies[link].pose.position + 2.0 * random.direction();
+      const Vec3 at = 0.5 * random.in_ball(),
+                 far = w.bodies[link].pose.position + 2.0 * random.direction();
       const Real length = glm::distance(to_world(w.bodies[link].pose, at), far);
       rods.push_back(add_rod(w, link, at, ground, far, length,
                              "rod" + std::to_string(i) + "_" + std::to_string(k)));
@@ -64,7 +65,8 @@ Spoilt spoilt(std::uint64_t seed) {
     s.culprit = rods[random.word() % rods.size()];
     w.links[s.culprit].joint.parameters.edit().length *= 1.01;
   } else {
-    const Entity link = w.find("link" + std::to_string(random.word() % static_cast<std::uint64_t>(links)));
+    const Entity link =
+        w.find("link" + std::to_string(random.word() % static_cast<std::uint64_t>(links)));
     const Vec3 far = w.bodies[link].pose.position + 2.0 * random.direction();
     s.culprit = add_rod(w, link, Vec3(0), ground, far,
                         glm::distance(w.bodies[link].pose.position, far) + 0.2, "too_many");
@@ -93,9 +95,10 @@ TEST_CASE("assembly: contradictions are named", "[.long]") {
     needed += assemble(without, {}).assembled;
     named += r.contradictory.size(), laws += s.laws;
   }
-  std::printf("contradictions: %d of %d cannot be assembled; culprit in the set: %d; without it the "
-              "rest holds: %d; set of %.1f laws of %.1f\n",
-              impossible, all, right, needed, double(named) / impossible, double(laws) / impossible);
+  std::printf(
+      "contradictions: %d of %d cannot be assembled; culprit in the set: %d; without it the "
+      "rest holds: %d; set of %.1f laws of %.1f\n",
+      impossible, all, right, needed, double(named) / impossible, double(laws) / impossible);
   CHECK(right >= 0.95 * impossible);
 }
 

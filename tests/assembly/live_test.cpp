@@ -20,8 +20,8 @@ World chain(int n) {
     // Folded a little, so that the end may move along x.
     const Vec3 along(std::cos(0.4), i % 2 ? std::sin(0.4) : -std::sin(0.4), 0);
     const Vec3 from(i * std::cos(0.4), i % 2 ? -std::sin(0.4) : 0, 0);
-    const Entity link =
-        add_solid(w, {from + 0.5 * along, axes_along(along, {0, 0, 1})}, "link" + std::to_string(i));
+    const Entity link = add_solid(w, {from + 0.5 * along, axes_along(along, {0, 0, 1})},
+                                  "link" + std::to_string(i));
     join(w, {before, link, JointKind::ball, from}, "joint" + std::to_string(i));
     before = link;
   }
@@ -38,7 +38,8 @@ TEST_CASE("assembler: a chain follows a hand at the rate of a haptic loop") {
     const Entity last = w.find("link" + std::to_string(n - 1));
     const Vec3 start = end_of(w, last);
     Assembler drag(w);
-    const Target hand = must(drag.add(PointTarget{.body = last, .point = {0.5, 0, 0}, .target = start}));
+    const Target hand =
+        must(drag.add(PointTarget{.body = last, .point = {0.5, 0, 0}, .target = start}));
     drag.settle(50);
     constexpr Real kRate = 30000;
     Real joints = 0, target = 0;
@@ -91,7 +92,8 @@ TEST_CASE("assembler: a pose and an aim are met") {
   const Pose there{{0.3, 0.4, -0.2}, glm::normalize(Quat(0.9, 0.2, 0.1, -0.3))};
   must(both.add(PoseTarget{.body = body, .target = there}));
   both.hold(body, false);
-  const Target aim = must(both.add(AimTarget{.body = eye, .direction = {0, 0, 1}, .target = {1, 2, 3}}));
+  const Target aim =
+      must(both.add(AimTarget{.body = eye, .direction = {0, 0, 1}, .target = {1, 2, 3}}));
   both.settle(500);
   const Pose found = both.world().bodies[body].pose;
   CHECK(glm::distance(found.position, there.position) < 1e-9);
@@ -112,11 +114,12 @@ TEST_CASE("assembler: limits are respected while a hand pulls beyond them") {
   World w;
   const Entity ground = add_solid(w, {}, "ground", Motion::fixed);
   const Entity arm = add_solid(w, {{0.5, 0, 0}, kIdentity}, "arm");
-  const Entity hinge = join(w, {ground, arm, JointKind::hinge, Vec3(0), axes_along({0, 0, 1}, {1, 0, 0})},
-                            "elbow");
+  const Entity hinge =
+      join(w, {ground, arm, JointKind::hinge, Vec3(0), axes_along({0, 0, 1}, {1, 0, 0})}, "elbow");
   w.links[hinge].joint.limits.edit().angle = {true, -0.3, 0.8};
   Assembler pull(w);
-  const Target hand = must(pull.add(PointTarget{.body = arm, .point = {0.5, 0, 0}, .target = {0, 1, 0}}));
+  const Target hand =
+      must(pull.add(PointTarget{.body = arm, .point = {0.5, 0, 0}, .target = {0, 1, 0}}));
   const auto angle = [&] {
     const Quat q = pull.world().bodies[arm].pose.rotation;
     return std::remainder(2 * std::atan2(q.z, q.w), 2 * kPi);

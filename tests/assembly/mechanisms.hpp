@@ -53,8 +53,8 @@ inline World bendy(int n) {
   for (int i = 0; i < n; ++i) {
     const Real slope = n > 1 ? 2.4 * (0.5 - Real(i) / (n - 1)) : 0;
     const Vec3 along(std::cos(slope), std::sin(slope), 0);
-    const Entity link = add_solid(w, {at + 0.5 * along, axes_along(along, {0, 0, 1})},
-                                  "link" + std::to_string(i));
+    const Entity link =
+        add_solid(w, {at + 0.5 * along, axes_along(along, {0, 0, 1})}, "link" + std::to_string(i));
     join(w, {before, link, JointKind::ball, at}, "joint" + std::to_string(i));
     at += along, before = link;
   }
@@ -71,10 +71,12 @@ inline World bent(int n) {
   Vec3 at(0), along(1, 0, 0), across(0, 1, 0);
   for (int i = 0; i < n; ++i) {
     const Vec3 corner = at + 0.5 * along, end = corner + 0.5 * across;
-    const Entity link = add_solid(w, {corner, axes_along(along, across)}, "link" + std::to_string(i));
+    const Entity link =
+        add_solid(w, {corner, axes_along(along, across)}, "link" + std::to_string(i));
     const bool is_ball = i == 0;
-    join(w, {before, link, is_ball ? JointKind::ball : JointKind::hinge, at,
-             axes_along(i % 2 ? along : across, glm::cross(along, across))},
+    join(w,
+         {before, link, is_ball ? JointKind::ball : JointKind::hinge, at,
+          axes_along(i % 2 ? along : across, glm::cross(along, across))},
          "joint" + std::to_string(i));
     const Vec3 up = glm::cross(along, across);
     at = end, before = link, along = across, across = i % 2 ? up : -up;
@@ -118,8 +120,9 @@ inline World polygon(int n) {
   };
   for (int i = 0; i < n; ++i) {
     const Vec3 along = corner(i + 1) - corner(i);
-    const Entity link = add_solid(w, {0.5 * (corner(i) + corner(i + 1)), axes_along(along, {0, 0, 1})},
-                                  "link" + std::to_string(i));
+    const Entity link =
+        add_solid(w, {0.5 * (corner(i) + corner(i + 1)), axes_along(along, {0, 0, 1})},
+                  "link" + std::to_string(i));
     join(w, {before, link, JointKind::hinge, corner(i), axes}, "hinge" + std::to_string(i));
     before = link;
   }
@@ -143,8 +146,9 @@ inline World bricard() {
     const Vec3 axis = axes[(i + 1) % 6];
     const Vec3 in = corners[i] - corners[(i + 5) % 6], out = corners[(i + 1) % 6] - corners[i];
     const Vec3 across = glm::cross(in, out);
-    join(w, {links[(i + 5) % 6], links[i], JointKind::hinge, corners[i],
-             axes_along(glm::length(across) > 0.5 ? across : axis, in)},
+    join(w,
+         {links[(i + 5) % 6], links[i], JointKind::hinge, corners[i],
+          axes_along(glm::length(across) > 0.5 ? across : axis, in)},
          "hinge" + std::to_string(i));
   }
   return w;

@@ -81,6 +81,23 @@ CLAIM("bricard",
   CHECK(p.last.rank == 29);
 }
 
+CLAIM("stewart", "a plate on six legs with springs is pushed and comes back") {
+  Real farthest = 0;
+  Vec3 start(0), end(0);
+  const Played p = play("stewart", [&](const World& w) {
+    end = w.bodies[w.find("platform")].pose.position;
+    if (start == Vec3(0)) start = end;
+    farthest = std::max(farthest, glm::distance(end, start));
+  });
+  CHECK(farthest > 0.02);
+  // It sinks by its weight over the springs, and is upright again.
+  CHECK(glm::length(Vec3(end.x, 0, end.z)) < 1e-2);
+  CHECK(end.y < 1.2);
+  CHECK(end.y > 1.15);
+  CHECK(p.worst_gap < 1e-11);
+  CHECK(p.last.rank == p.last.rows);
+}
+
 CLAIM("n_four_bar", "ten windows stay parallel through positions where they lose rank") {
   Turns first;
   Real worst_angle = 0;

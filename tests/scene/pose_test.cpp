@@ -18,7 +18,8 @@ std::string scene_of(const std::string& poses) {
 "generators": {"chains": [{"name": "rope", "links": 3, "length": 0.2, "start": [2, 2, 0],
  "attach": "world", "shape": {"type": "sphere", "radius": 0.05}}]},
 "paths": [{"body": "led", "keyframes": [{"time": 0, "position": [0, 0, 3]}]}], "poses": [
-)" + poses + "]}";
+)" + poses +
+         "]}";
 }
 
 }  // namespace
@@ -45,10 +46,14 @@ TEST_CASE("poses: bodies start there, joints stay as the bodies were placed") {
 }
 
 TEST_CASE("poses: what is refused says where") {
-  CHECK(diagnostics(scene_of(R"({"body": "rad"})")) ==
-        Lines{R"(t.json:9:10: /poses/0/body: found "rad", expected the name of a body; nearest is "rod")"});
-  CHECK(diagnostics(scene_of(R"({"body": "led"})")) ==
-        Lines{R"(t.json:9:10: /poses/0/body: found "led", expected a body without a path, which determines its pose)"});
+  CHECK(
+      diagnostics(scene_of(R"({"body": "rad"})")) ==
+      Lines{
+          R"(t.json:9:10: /poses/0/body: found "rad", expected the name of a body; nearest is "rod")"});
+  CHECK(
+      diagnostics(scene_of(R"({"body": "led"})")) ==
+      Lines{
+          R"(t.json:9:10: /poses/0/body: found "led", expected a body without a path, which determines its pose)"});
   CHECK(diagnostics(scene_of(R"({"body": "rod"}, {"body": "rod"})")) ==
         Lines{R"(t.json:9:27: /poses/1/body: found "rod", expected a body without another pose)"});
   CHECK(diagnostics(scene_of(R"({"position": [0, 0, 0]})")).size() == 1);

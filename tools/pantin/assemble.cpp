@@ -155,18 +155,19 @@ void print_report(const Assembled& a) {
              r.iterations, a.c.method, 1e3 * a.seconds);
   fmt::print("  moved       by up to {:.4g} m and {:.4g} degrees\n", r.moved, 180 / kPi * r.turned);
   if (r.starts > 0 || r.perturbations > 0 || r.turned_over > 0)
-    fmt::print("  branch      {} perturbed starts, {} perturbations at saddles (seed {}), {} bodies "
-               "turned over\n",
-               r.starts, r.perturbations, r.seed, r.turned_over);
+    fmt::print(
+        "  branch      {} perturbed starts, {} perturbations at saddles (seed {}), {} bodies "
+        "turned over\n",
+        r.starts, r.perturbations, r.seed, r.turned_over);
   fmt::print("  freedoms    {}: {} bodies, {} rows of rank {}\n", r.mobility, r.bodies, r.rows,
              r.rank);
   const auto print_list = [](const char* what, const std::vector<std::string>& words) {
     if (words.empty()) return;
     const std::size_t told = std::min(words.size(), kMostTold);
-    fmt::print("  {:<11} {}{}\n", what,
-               printable(fmt::format("{}", fmt::join(words.begin(), words.begin() + told, ", "))),
-               words.size() > told ? fmt::format(" and {} more, see --json", words.size() - told)
-                                   : "");
+    fmt::print(
+        "  {:<11} {}{}\n", what,
+        printable(fmt::format("{}", fmt::join(words.begin(), words.begin() + told, ", "))),
+        words.size() > told ? fmt::format(" and {} more, see --json", words.size() - told) : "");
   };
   std::vector<std::string> redundant, residuals;
   for (const RedundantLaw& l : r.redundant)
@@ -189,16 +190,17 @@ std::string words_of_failure(const Assembled& a) {
   if (!names.empty())
     return fmt::format("found a contradiction of {}, expected laws that can hold together",
                        fmt::join(names, ", "));
-  return fmt::format("found a residual of {:.3g} after {} iterations of {}, expected at most {:g}; "
-                     "the laws do not contradict one another",
-                     a.report.residual, a.report.iterations, a.c.method, a.c.tolerance);
+  return fmt::format(
+      "found a residual of {:.3g} after {} iterations of {}, expected at most {:g}; "
+      "the laws do not contradict one another",
+      a.report.residual, a.report.iterations, a.c.method, a.c.tolerance);
 }
 
 int write_trace(const Assembled& a) {
   std::string text = "iteration,seconds,residual,merit,damping\n";
   for (const TraceRow& t : a.trace)
-    text += fmt::format("{},{:.9f},{},{},{}\n", t.iteration, t.seconds, t.residual, t.merit,
-                        t.damping);
+    text +=
+        fmt::format("{},{:.9f},{},{},{}\n", t.iteration, t.seconds, t.residual, t.merit, t.damping);
   return write_or_complain(a.c.trace, text);
 }
 
@@ -255,9 +257,10 @@ std::string stray_folder(const AssembleChoices& c, const Scene& scene) {
   const fs::path from = fs::weakly_canonical(fs::path(c.scene), ignored).parent_path(),
                  to = fs::weakly_canonical(fs::path(c.out), ignored).parent_path();
   if (c.out.empty() || scene.files.empty() || from == to) return {};
-  return fmt::format("--out: found the folder {}, expected that of the scene, for the scene refers "
-                     "to other files from there",
-                     to.string());
+  return fmt::format(
+      "--out: found the folder {}, expected that of the scene, for the scene refers "
+      "to other files from there",
+      to.string());
 }
 
 /// Assembles from many random starts and tells the share and the iterations.
@@ -284,14 +287,21 @@ int try_often(const AssembleChoices& c, const Scene& scene, const std::vector<En
   const double median = percentile(iterations, 0.5), worst = percentile(iterations, 1);
   const double ms = 1e3 * percentile(seconds, 0.5);
   if (c.json)
-    print_json({{"scene", c.scene}, {"method", c.method}, {"trials", c.trials},
-                {"scatter_m", c.scatter.value_or(1)}, {"assembled", assembled},
-                {"from_first_start", at_once}, {"iterations_median", median},
-                {"iterations_worst", worst}, {"ms_median", ms}, {"failed", failed}});
+    print_json({{"scene", c.scene},
+                {"method", c.method},
+                {"trials", c.trials},
+                {"scatter_m", c.scatter.value_or(1)},
+                {"assembled", assembled},
+                {"from_first_start", at_once},
+                {"iterations_median", median},
+                {"iterations_worst", worst},
+                {"ms_median", ms},
+                {"failed", failed}});
   else
-    fmt::print("{}\n  {} of {} random starts assembled, {} without restarts; iterations: median "
-               "{:g}, most {:g}; median {:.3g} ms\n",
-               bold(scene.title), assembled, c.trials, at_once, median, worst, ms);
+    fmt::print(
+        "{}\n  {} of {} random starts assembled, {} without restarts; iterations: median "
+        "{:g}, most {:g}; median {:.3g} ms\n",
+        bold(scene.title), assembled, c.trials, at_once, median, worst, ms);
   return assembled == c.trials ? kOk : kDiverged;
 }
 
@@ -314,8 +324,7 @@ int assemble_scene(const AssembleChoices& c) {
   }
   if (c.trials > 0) return try_often(c, scene, *held);
   Assembled a{c, scene, scene.world, {}, {}, {}, 0};
-  if (c.scatter)
-    scatter(scene.world, static_cast<std::uint64_t>(c.seed), *c.scatter, *held);
+  if (c.scatter) scatter(scene.world, static_cast<std::uint64_t>(c.seed), *c.scatter, *held);
   run_once(a, choices_of(c, *held));
   if (c.json)
     print_json(to_json(a));
@@ -370,8 +379,7 @@ void add_assemble(CommandLine& program) {
   for (const Method& m : methods())
     about += fmt::format("{}{}: {}", about.empty() ? "" : "; ", m.name, m.about);
   command.option("--method", c->method, about).one_of(method_words());
-  command
-      .option("--tolerance", c->tolerance, "largest residual that counts as closed, m or rad")
+  command.option("--tolerance", c->tolerance, "largest residual that counts as closed, m or rad")
       .between(1e-15, 1);
   command.option("--hold", c->hold, "name of a body that stays where it is; may be repeated");
   command.option("--iterations", c->iterations, "at most, for one start").within(1, 1000000);
@@ -386,10 +394,13 @@ void add_assemble(CommandLine& program) {
       .within(1, 1000000);
   add_threads(command, c->threads);
   command.option("--out", c->out, "scene file to write").type(kSceneType);
-  command.option("--trace", c->trace, "CSV file of the residuals").type(kFileType).ends_in({".csv"});
+  command.option("--trace", c->trace, "CSV file of the residuals")
+      .type(kFileType)
+      .ends_in({".csv"});
   command.option("--frames", c->pictures.frames, "folder for pictures of the iterations")
       .type(kFolderType);
-  command.option("--video", c->pictures.video, "film of the iterations, .mp4 or .mkv (needs ffmpeg)")
+  command
+      .option("--video", c->pictures.video, "film of the iterations, .mp4 or .mkv (needs ffmpeg)")
       .type(kFileType)
       .ends_in({".mp4", ".mkv"});
   command.option("--strip", c->pictures.strip, "PNG file of twelve pictures in rows")

@@ -87,11 +87,10 @@ Result<std::string> with_poses(std::string_view text, const World& start, const 
     NodeId last = json[0].first_child;
     while (json[last].next != kNoNode) last = json[last].next;
     const bool nests = json[last].kind == JsonKind::array || json[last].kind == JsonKind::object;
-    const std::size_t end =
-        nests ? end_of_value(text, json[last].offset)
-        : json[last].kind == JsonKind::string
-            ? end_of_string(text, json[last].offset)
-            : text.find_first_of(", \t\r\n}/", json[last].offset);
+    const std::size_t end = nests ? end_of_value(text, json[last].offset)
+                            : json[last].kind == JsonKind::string
+                                ? end_of_string(text, json[last].offset)
+                                : text.find_first_of(", \t\r\n}/", json[last].offset);
     std::size_t at = end;
     while (at < close && text[at] != ',') {
       const std::size_t comment = end_of_comment(text, at);

@@ -107,8 +107,7 @@ Ending descend_momentum(Descent& d) {
   return iterate(d, [&] {
     find_gradient(d);
     for (std::size_t i = 0; i < way.size(); ++i)
-      way[i] = kMomentum * way[i] -
-               (i % 2 ? kQuarter : 1) * kGain * d.part.m.scratch.force[i];
+      way[i] = kMomentum * way[i] - (i % 2 ? kQuarter : 1) * kGain * d.part.m.scratch.force[i];
     move(d.part, 1);
     look_in_parallel(d), count(d.world, d.part);
   });
