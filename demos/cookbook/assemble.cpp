@@ -20,14 +20,18 @@ int main() {
                rocker = bar(0.8, {0.4, -3, -0.7}, "rocker");
   // Hinges about z of either body, whose x is the axis, at points on y.
   const Quat about_z = glm::angleAxis(-kPi / 2, Vec3(0, 1, 0));
-  const auto hinge = [&](const char* name, Entity a, Vec3 in_a, Entity b, Vec3 in_b) {
-    const LocalFrames frames{{in_a, about_z}, {in_b, about_z}};
-    must(world.add(HingeJoint{.a = a, .b = b, .frames = frames, .name = name}));
+  struct End {
+    Entity body;
+    Vec3 at;
   };
-  hinge("A", frame, {0, 0, 0}, crank, {0, -0.15, 0});
-  hinge("B", crank, {0, 0.15, 0}, coupler, {0, -0.5, 0});
-  hinge("C", coupler, {0, 0.5, 0}, rocker, {0, 0.4, 0});
-  hinge("D", rocker, {0, -0.4, 0}, frame, {1, 0, 0});
+  const auto hinge = [&](const char* name, End a, End b) {
+    const LocalFrames frames{{a.at, about_z}, {b.at, about_z}};
+    must(world.add(HingeJoint{.a = a.body, .b = b.body, .frames = frames, .name = name}));
+  };
+  hinge("A", {frame, {0, 0, 0}}, {crank, {0, -0.15, 0}});
+  hinge("B", {crank, {0, 0.15, 0}}, {coupler, {0, -0.5, 0}});
+  hinge("C", {coupler, {0, 0.5, 0}}, {rocker, {0, 0.4, 0}});
+  hinge("D", {rocker, {0, -0.4, 0}}, {frame, {1, 0, 0}});
   const Assembly linkage = assemble(world);
   std::printf("residual below 1e-12: %s, %d degree of freedom, ",
               linkage.residual < 1e-12 ? "yes" : "no", linkage.mobility);

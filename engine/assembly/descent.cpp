@@ -51,9 +51,13 @@ void polish(Descent& d) {
   }
 }
 
-/// `memory`: a step may exceed the merit of up to this many steps before. [Grippo, Lampariello &
-/// Lucidi 1986]
-Ending descend(Descent& d, bool ends_by_newton, int memory) {
+/// Gauss-Newton near the end, and steps that may exceed the merit of up to kMemory steps before
+/// [Grippo, Lampariello & Lucidi 1986]; or always damped, and downwards.
+enum class Style : std::uint8_t { fast, monotone };
+
+Ending descend(Descent& d, Style style) {
+  const bool ends_by_newton = style == Style::fast;
+  const int memory = style == Style::fast ? kMemory : 1;
   Real damping = kFirstDamping;
   bool tries_newton = ends_by_newton;
   Real before = merit_of(d.part);  // kPatience iterations ago
@@ -110,8 +114,8 @@ void Descent::perturb() {
   look(world, part);
 }
 
-Ending descend_auto(Descent& d) { return descend(d, true, kMemory); }
-Ending descend_levenberg(Descent& d) { return descend(d, false, 1); }
+Ending descend_auto(Descent& d) { return descend(d, Style::fast); }
+Ending descend_levenberg(Descent& d) { return descend(d, Style::monotone); }
 
 Ending descend_gauss_newton(Descent& d) {
   for (;; ++d.iterations) {

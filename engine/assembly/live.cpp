@@ -69,9 +69,13 @@ void Live::remove(std::size_t target) {
   if (has(target)) used_[target] = false, compiled_ = false;
 }
 
-void Live::hold(Entity body, bool is_held) {
+void Live::hold(Entity body) {
+  let_go(body);
+  held_.push_back(body);
+}
+
+void Live::let_go(Entity body) {
   std::erase(held_, body);
-  if (is_held) held_.push_back(body);
   compiled_ = false;
 }
 

@@ -41,7 +41,8 @@ class Live {
   /// Adds a target; its number. The next iteration compiles.
   std::size_t add(const LiveTarget& target);
   void remove(std::size_t target);
-  void hold(Entity body, bool is_held);
+  void hold(Entity body);
+  void let_go(Entity body);
   const LiveTarget& target(std::size_t number) const { return targets_[number]; }
   bool has(std::size_t number) const { return number < targets_.size() && used_[number]; }
   /// Moves a target, without compiling.

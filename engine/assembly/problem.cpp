@@ -40,7 +40,7 @@ bool is_angular(const Island& m, const Block& b, std::size_t row) {
       for (std::size_t k = 0; k < b.count; ++k)
         if (row_of(b, jacobian_of(m, b), row, k).v != Vec3(0)) return false;
       return true;
-    default:
+    default:  // points and lengths
       return false;
   }
 }

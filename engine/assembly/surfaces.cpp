@@ -16,10 +16,12 @@ struct Spot {
   Vec3 at{0}, normal{0};
 };
 
-Spot spot_on(const ContactSurface& s, const nurbs::Place& at, bool is_planar) {
+enum class Curves : std::uint8_t { planar, in_space };
+
+Spot spot_on(const ContactSurface& s, const nurbs::Place& at, Curves curves) {
   if (s.curve) {
     const auto d = nurbs::evaluate(s.curve->curve(), at.u, 1);
-    return {d[0], is_planar ? glm::normalize(Vec3(d[1].y, -d[1].x, 0)) : Vec3(0)};
+    return {d[0], curves == Curves::planar ? glm::normalize(Vec3(d[1].y, -d[1].x, 0)) : Vec3(0)};
   }
   const nurbs::Jet jet = s.skin->face(at.face).at(at.u, at.v);
   return {jet.s, glm::normalize(glm::cross(jet.u, jet.v))};
@@ -69,11 +71,11 @@ int bring_into_contact(const World& world, Part& part, Bring which) {
     if (c.lifts || s.memory(0).is_over() || !c.known) return;
     if (s.memory(0).known && which == Bring::lost) return;
     const lagrangian::Block& b = m.blocks[s.block(0)];
-    const bool is_planar = c.on_a.curve && c.on_b.curve;
+    const Curves curves = c.on_a.curve && c.on_b.curve ? Curves::planar : Curves::in_space;
     const auto placed = [&](std::size_t k, const ContactSurface& on, const nurbs::Place& at) {
       const BodyState& body = m.scratch.body_states[b.body[k]];
       const Pose surface = compose({body.position, body.rotation}, on.pose);
-      const Spot spot = spot_on(on, at, is_planar);
+      const Spot spot = spot_on(on, at, curves);
       return Spot{to_world(surface, spot.at), surface.rotation * spot.normal};
     };
     const Spot on_a = placed(0, c.on_a, c.at.a), on_b = placed(1, c.on_b, c.at.b);

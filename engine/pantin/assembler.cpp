@@ -127,7 +127,8 @@ bool Assembler::set_weight(Target target, Real weight) {
 }
 
 void Assembler::remove(Target target) { inside_->live.remove(target.number); }
-void Assembler::hold(Entity body, bool is_held) { inside_->live.hold(body, is_held); }
+void Assembler::hold(Entity body) { inside_->live.hold(body); }
+void Assembler::let_go(Entity body) { inside_->live.let_go(body); }
 
 AssemblerErrors Assembler::iterate() {
   const LiveReport r = inside_->live.iterate();

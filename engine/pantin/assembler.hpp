@@ -97,8 +97,9 @@ class Assembler {
   bool move(Target target, const Pose& to);
   bool set_weight(Target target, Real weight);
   void remove(Target target);
-  /// Keeps a body where it is, as the feet of a figure, or lets it go.
-  void hold(Entity body, bool is_held = true);
+  /// Keeps a body where it is, as the feet of a figure.
+  void hold(Entity body);
+  void let_go(Entity body);
 
   /// One damped Gauss-Newton step of all bodies. Allocates only after targets were added or
   /// removed, or bodies held.

@@ -91,7 +91,7 @@ TEST_CASE("assembler: a pose and an aim are met") {
   Assembler both(w);
   const Pose there{{0.3, 0.4, -0.2}, glm::normalize(Quat(0.9, 0.2, 0.1, -0.3))};
   must(both.add(PoseTarget{.body = body, .target = there}));
-  both.hold(body, false);
+  both.hold(body), both.let_go(body);
   const Target aim =
       must(both.add(AimTarget{.body = eye, .direction = {0, 0, 1}, .target = {1, 2, 3}}));
   both.settle(500);

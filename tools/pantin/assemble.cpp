@@ -332,12 +332,10 @@ int assemble_scene(const AssembleChoices& c) {
     print_report(a);
   int code = a.report.assembled ? kOk : kDiverged;
   if (!a.report.assembled) complain(c.scene + ": " + words_of_failure(a));
-  const auto also = [&](bool wanted, int (*write)(Assembled&)) {
-    if (const int failed = wanted ? write(a) : kOk; failed != kOk) code = failed;
-  };
-  also(!c.out.empty(), [](Assembled& all) { return write_scene(all); });
-  also(!c.trace.empty(), [](Assembled& all) { return write_trace(all); });
-  also(c.pictures.wanted(), [](Assembled& all) { return draw(all); });
+  for (const int failed :
+       {c.out.empty() ? kOk : write_scene(a), c.trace.empty() ? kOk : write_trace(a),
+        c.pictures.wanted() ? draw(a) : kOk})
+    if (failed != kOk) code = failed;
   return code;
 }
 
