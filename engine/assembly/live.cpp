@@ -25,9 +25,6 @@ constexpr int kCorrections = 4;
 constexpr Real kMostTurn = 0.25;
 /// Compliance of laws, only so that dependent rows have pivots; of rows that a target leaves free.
 constexpr Real kHard = 1e-12, kFree = 1e15;
-/// A limit that is beyond its bound by more, after a step, is met: the step is solved again.
-constexpr Real kMet = 1e-9;
-constexpr int kMostRetries = 4;
 constexpr Real kStep = 1e-3;             // s; frames are at rest
 constexpr Real kRegularisation = 1e-12;  // of dependent rows
 constexpr Real kUnrefined = std::numeric_limits<Real>::infinity();
@@ -125,18 +122,15 @@ void Live::compile() {
   problem_ = make_problem(w, held_);
   states_.assign(problem_.parts.size(), {});
   is_target_.clear();
-  std::size_t most_blocks = 0;
   for (std::size_t p = 0; p < problem_.parts.size(); ++p) {
     const Island& m = problem_.parts[p].m;
     is_target_.emplace_back(m.blocks.size(), 0);
-    most_blocks = std::max(most_blocks, m.blocks.size());
     for (std::size_t i = 0; i < m.blocks.size(); ++i)
       for (std::size_t k = 0; k < laws.size(); ++k)
         if (!lagrangian::is_compliant(m.blocks[i].kind) &&
             joint_of(problem_.world, m.blocks[i]) == laws[k])
           followed_[k].part = p, followed_[k].block = i, is_target_[p][i] = 1;
   }
-  memory_.reserve(most_blocks);
   std::erase_if(followed_, [&](const Followed& f) {  // of held bodies
     return f.part >= is_target_.size() || f.block >= is_target_[f.part].size() ||
            !is_target_[f.part][f.block];
@@ -204,32 +198,8 @@ Real Live::target_merit(std::size_t number, Real& worst) const {
   return sum;
 }
 
-/// Takes the solved step. False: it met limits, which are active now, and the poses are as before.
-bool Live::take_step(Part& part) {
-  Island& m = part.m;
-  const World& w = problem_.world;
-  if (m.unilateral) memory_ = m.memory;
-  m.scratch.from = m.scratch.state;
-  const Real turn = turn_of(part);
-  assembly::move(part, turn > kMostTurn ? kMostTurn / turn : 1);
-  look(w, part);
-  if (!m.unilateral) return true;
-  bool met = false;
-  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
-    const bool is_new = lagrangian::is_one_sided(m, i) && !memory_[i].active &&
-                        m.scratch.c[m.blocks[i].first_row] < -kMet;
-    memory_[i].active = memory_[i].active || is_new;
-    met = met || is_new;
-  }
-  if (!met) return true;
-  m.scratch.state = m.scratch.from, m.memory = memory_;
-  lagrangian::update_kinematics(m);
-  lagrangian::write_all_rows(w, m, {true, false});
-  lagrangian::clear_rolling(m);
-  return false;
-}
-
-/// Closes laws after a long step, without targets: the least displacement that does.
+/// Closes laws after a long step, also limits that it has passed, without targets: the least
+/// displacement that does.
 Real Live::correct(std::size_t number, Real error) {
   Part& part = problem_.parts[number];
   Island& m = part.m;
@@ -262,11 +232,11 @@ void Live::iterate_part(std::size_t number, LiveReport& report) {
     state.known = true, state.merit = target_merit(number, unused);
     state.closed = false;
   }
-  for (int n = 0; n <= kMostRetries; ++n) {
-    solve(part, number);
-    if (take_step(part)) break;
-    ++report.retries;
-  }
+  solve(part, number);
+  m.scratch.from = m.scratch.state;
+  const Real turn = turn_of(part);
+  assembly::move(part, turn > kMostTurn ? kMostTurn / turn : 1);
+  look(w, part);
   last_step_ = std::max(last_step_, largest(m.scratch.solution));
   count(w, part);
   Real error = correct(number, joint_error(number));

@@ -31,7 +31,6 @@ struct LiveTarget {
 struct LiveReport {
   Real joint_error = 0;   // m or rad, the largest of all laws after the iteration
   Real target_error = 0;  // m or rad, the largest of all targets
-  int retries = 0;        // further solves for limits that were met
 };
 
 class Live {
@@ -79,7 +78,6 @@ class Live {
   void solve(Part& part, std::size_t number);
   Real joint_error(std::size_t number) const;
   Real target_merit(std::size_t number, Real& worst) const;
-  bool take_step(Part& part);
   Real correct(std::size_t number, Real error);
   void iterate_part(std::size_t number, LiveReport& report);
 
@@ -91,7 +89,6 @@ class Live {
   std::vector<Followed> followed_;
   std::vector<PartState> states_;
   std::vector<std::vector<std::uint8_t>> is_target_;  // by part and block
-  std::vector<lagrangian::BlockMemory> memory_;       // of a part, before a step
   bool compiled_ = false;
   Real last_step_ = 0;
 };
