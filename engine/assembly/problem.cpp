@@ -88,6 +88,15 @@ bool has_unknown_pairs(const Island& m) {
   return false;
 }
 
+/// Kinematics of bodies at rest. Their inverse inertia is a multiple of one in all poses, set once.
+void place_bodies(Island& m) {
+  const lagrangian::Motions& s = m.scratch.state;
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    BodyState& at = m.scratch.body_states[b];
+    at.position = s.x[b], at.rotation = s.q[b], at.rotation_matrix = glm::mat3_cast(s.q[b]);
+  }
+}
+
 /// Rolling that holds velocities only does not count.
 void write_rows(const World& world, Island& m) {
   lagrangian::write_all_rows(world, m, {true, false});
@@ -147,7 +156,7 @@ void set_poses(const World& world, Part& part, std::span<const Pose> poses) {
 
 void look(const World& world, Part& part) {
   Island& m = part.m;
-  lagrangian::update_kinematics(m);
+  place_bodies(m);
   m.scratch.lost_touch = UINT32_MAX;
   write_rows(world, m);
   if (m.scratch.lost_touch != UINT32_MAX) {
@@ -174,7 +183,6 @@ void look(const World& world, Part& part) {
 
 void count(const World& world, Part& part) {
   lagrangian::count_turns(world, part.m, lagrangian::CountFrom::last);
-  for (std::size_t i = 0; i < part.m.blocks.size(); ++i) part.m.blocks[i].bound = part.bounds[i];
 }
 
 bool counts(const Part& part, std::size_t block) {
