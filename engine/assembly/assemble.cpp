@@ -168,9 +168,10 @@ void note_motion(const Poses& first, const Poses& last, AssemblyReport& report) 
 
 AssemblyReport assemble(World& world, const AssemblyChoices& choices) {
   AssemblyReport report;
-  report.seed = choices.seed, report.assembled = true;
+  report.seed = choices.seed;
   const World start = world;
   Problem p = make_problem(world, choices.held);
+  report.assembled = p.unfit.empty();
   for (Part& part : p.parts) {
     const Poses first = poses_of(part);
     Assembling a{p.world, part, choices, report, Random(choices.seed)};

@@ -25,7 +25,8 @@ constexpr int kCorrections = 4;
 constexpr Real kMostTurn = 0.25;
 /// Compliance of laws, only so that dependent rows have pivots; of rows that a target leaves free.
 constexpr Real kHard = 1e-12, kFree = 1e15;
-constexpr Real kStep = 1e-3;             // s; frames are at rest
+constexpr Real kStep = 1e-3;  // s; frames are at rest
+constexpr std::size_t kNoPart = SIZE_MAX;
 constexpr Real kRegularisation = 1e-12;  // of dependent rows
 constexpr Real kUnrefined = std::numeric_limits<Real>::infinity();
 
@@ -108,7 +109,7 @@ void Live::compile() {
     if (t.goal == Goal::point) {
       const Entity pin =
           w.add_pin({.body = t.body, .anchor = t.own.position, .target = t.target.position});
-      followed_.push_back({i, 0, 0, pin}), laws.push_back(pin);
+      followed_.push_back({i, kNoPart, 0, pin}), laws.push_back(pin);
       continue;
     }
     Body frame;
@@ -117,7 +118,7 @@ void Live::compile() {
     Joint joint;
     joint.kind = t.goal == Goal::pose ? JointKind::fixed : JointKind::cylindrical;
     joint.anchor_a = t.own.position, joint.frames.set(t.own.rotation, kIdentity);
-    followed_.push_back({i, 0, 0, at}), laws.push_back(add_link(w, {t.body, at, joint}));
+    followed_.push_back({i, kNoPart, 0, at}), laws.push_back(add_link(w, {t.body, at, joint}));
   }
   problem_ = make_problem(w, held_);
   states_.assign(problem_.parts.size(), {});
@@ -131,10 +132,8 @@ void Live::compile() {
             joint_of(problem_.world, m.blocks[i]) == laws[k])
           followed_[k].part = p, followed_[k].block = i, is_target_[p][i] = 1;
   }
-  std::erase_if(followed_, [&](const Followed& f) {  // of held bodies
-    return f.part >= is_target_.size() || f.block >= is_target_[f.part].size() ||
-           !is_target_[f.part][f.block];
-  });
+  // Targets of bodies that are held, or cannot be solved for, have no rows.
+  std::erase_if(followed_, [](const Followed& f) { return f.part == kNoPart; });
   compiled_ = true;
 }
 

@@ -106,7 +106,7 @@ void write_rows(const World& world, Island& m) {
 }  // namespace
 
 Problem make_problem(const World& world, std::span<const Entity> held) {
-  Problem p{world, {}};
+  Problem p{world, {}, {}};
   World& w = p.world;
   w.default_settings.solver = Solver::lagrangian;
   for (SolverSettings& settings : w.settings.values()) settings.solver = Solver::lagrangian;
@@ -117,6 +117,10 @@ Problem make_problem(const World& world, std::span<const Entity> held) {
   compile_if_changed(w);
   for (Island& m : lagrangian::islands_of(w)) {
     if (m.count() == 0 || m.equations() == 0) continue;
+    if (m.unfit) {
+      p.unfit.push_back(m.unfit);
+      continue;
+    }
     Part part{m, {}, {}};
     lagrangian::place_for_inspection(w, part.m, kStep);
     part.m.scratch.poses_only = true;

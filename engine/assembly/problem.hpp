@@ -24,6 +24,7 @@ struct Part {
 struct Problem {
   World world;  // a copy; held bodies are fixed, all are of the Lagrangian solver
   std::vector<Part> parts;
+  std::vector<Entity> unfit;  // bodies with numbers that are not finite: their islands are no parts
 };
 
 /// Prepares the problem of a World, `held` bodies where they are. The poses are those of the World.

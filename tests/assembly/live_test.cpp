@@ -144,7 +144,13 @@ TEST_CASE("assembler: held bodies stay, wrong targets are refused") {
   const Pose before = w.bodies[first].pose;
   a.hold(first);
   must(a.add(PointTarget{.body = w.find("link2"), .point = {0.5, 0, 0}, .target = {1, 1, 1}}));
-  a.settle();
+  const Target idle = must(a.add(PointTarget{.body = first, .target = {9, 9, 9}}));
+  const AssemblerErrors errors = a.settle();
+  CHECK(errors.targets < 1);  // a held body follows no target
+  CHECK(a.move(idle, Vec3(8)));
+  CHECK(a.iterate().targets < 1);
+  a.remove(idle);
+  CHECK_FALSE(a.move(idle, Vec3(7)));
   CHECK(a.world().bodies[first].pose.position == before.position);
   CHECK_FALSE(a.add(PointTarget{.body = w.find("ground"), .target = {1, 1, 1}}));
   CHECK_FALSE(a.add(PointTarget{.body = {}, .target = {1, 1, 1}}));

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <pantin/assembler.hpp>
 #include <pantin/pantin.hpp>
 #include <string>
 #include <vector>
@@ -389,13 +390,15 @@ class Program {
     for (const Entity e : things_) contact_modes(world, e), contact_mode(world, e);
     const Queries queries(world);
     const Vec3 from = bytes_.numbers();
-    (void)queries.cast_ray({from, bytes_.numbers()});
-    (void)queries.closest_point(bytes_.numbers(), bytes_.number());
+    (void)queries.cast_ray({from, bytes_.numbers()}), (void)queries.closest_point(from, 1);
     Shape ball;
     ball.size = {bytes_.number(), 0, 0};
     (void)queries.cast_shape(ball, {bytes_.place()}, bytes_.numbers());
     (void)measure(world), (void)check(world), (void)state_hash(world);
     (void)world.name_of(thing()), (void)world.find("thing");
+    Assembler hand(world);
+    (void)hand.add(PointTarget{.body = thing(), .target = bytes_.numbers()});
+    hand.iterate(), hand.iterate();
   }
 
   void round_trip(const World& world) {
