@@ -100,6 +100,7 @@ AssemblyChoices choices_of(const AssembleChoices& c, std::vector<Entity> held) {
 }
 
 void run_once(Assembled& a, AssemblyChoices choices) {
+  const EndsAtOnce while_nothing_is_written;
   const bool draws = a.c.pictures.wanted();
   World seen = a.scene.world;
   const Clock::time_point begin = Clock::now();
@@ -360,9 +361,9 @@ iteration, seconds, residual (the largest, m or rad), merit (half the weighted s
 damping, one row an iteration.
 
 --json prints scene, title, status, method, tolerance, residual, iterations, restarts,
-perturbations, seed, turned_over (bodies turned off a spurious branch), bodies, rows, rank,
-mobility (degrees of freedom left), moved_m, turned_rad, seconds, residuals, redundant,
-wrong_branch, at_limits and contradictory.
+perturbations, seed, turned_over (bodies turned off a spurious branch), brought_into_contact,
+bodies, rows, rank, mobility (degrees of freedom left), moved_m, turned_rad, seconds, residuals,
+redundant, wrong_branch, at_limits and contradictory.
 
 Exit codes: 0 assembled, 2 usage or bad input, 3 cannot be assembled, 4 could not write.)";
 
@@ -377,11 +378,20 @@ void add_assemble(CommandLine& program) {
   for (const Method& m : methods())
     about += fmt::format("{}{}: {}", about.empty() ? "" : "; ", m.name, m.about);
   command.option("--method", c->method, about).one_of(method_words());
-  command.option("--tolerance", c->tolerance, "largest residual that counts as closed, m or rad")
+  command
+      .option("--tolerance", c->tolerance,
+              "largest residual that counts as closed, m or rad; 1e-12 by default")
       .between(1e-15, 1);
-  command.option("--hold", c->hold, "name of a body that stays where it is; may be repeated");
-  command.option("--iterations", c->iterations, "at most, for one start").within(1, 1000000);
-  command.option("--starts", c->starts, "perturbed starts that are tried if the first one fails")
+  command
+      .option("--hold", c->hold,
+              "name of a body that stays where it is, or of a chain or instance; may be repeated")
+      .type("NAME")
+      .one_at_a_time();
+  command.option("--iterations", c->iterations, "at most, for one start, 400 by default")
+      .within(1, 1000000);
+  command
+      .option("--starts", c->starts,
+              "perturbed starts that are tried if the first one fails, 24 by default")
       .within(0, 1000);
   command.option("--seed", c->seed, "of perturbations and of --scatter").within(0, 2147483647);
   command
@@ -390,7 +400,8 @@ void add_assemble(CommandLine& program) {
       .between(0, 1e6);
   command.option("--trials", c->trials, "count successes from this many random starts instead")
       .within(1, 1000000);
-  add_threads(command, c->threads);
+  command.option("--threads", c->threads, "threads for the rows of gradient methods; same result")
+      .within(1, 256);
   command.option("--out", c->out, "scene file to write").type(kSceneType);
   command.option("--trace", c->trace, "CSV file of the residuals")
       .type(kFileType)

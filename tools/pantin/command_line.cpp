@@ -251,6 +251,11 @@ const Option& Option::count(int values) const {
   return *this;
 }
 
+const Option& Option::one_at_a_time() const {
+  option_->allow_extra_args(false);
+  return *this;
+}
+
 const Option& Option::shows_default() const {
   option_->capture_default_str();
   return *this;

@@ -40,6 +40,8 @@ class Option {
   const Option& separated_by(char delimiter) const;
   const Option& count(int values) const;
   const Option& shows_default() const;
+  /// One value each time it is given, of several.
+  const Option& one_at_a_time() const;
   /// The two options exclude each other.
   const Option& excludes(const Option& other) const;
 
