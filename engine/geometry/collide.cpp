@@ -180,7 +180,7 @@ void collide_bent(const PlacedShape& a, const PlacedShape& b, NarrowPhaseScratch
   const PlacedShape &skin = b_is_skin ? b : a, &other = b_is_skin ? a : b;
   const Quat back = glm::conjugate(skin.at.rotation);
   const Pose within{back * (other.at.position - skin.at.position), back * other.at.rotation};
-  if (is_skin(other.shape) && !other.shape.surface->skin->half_axes())
+  if (is_skin(other.shape) && !other.shape.surface->skin->is_solid_ellipsoid())
     collide_skins({*other.shape.surface, *skin.shape.surface, within}, scratch.skin, out);
   else
     collide_skin(*skin.shape.surface, {other.shape, within}, scratch.skin, out);

@@ -125,7 +125,7 @@ struct Depth {
 
   SurfacePoint at(Vec3 p) const {
     const Vec3 local = glm::conjugate(other.at.rotation) * (p - other.at.position);
-    if (other.shape.kind == ShapeKind::nurbs && !other.shape.surface->skin->half_axes()) {
+    if (other.shape.kind == ShapeKind::nurbs && !other.shape.surface->skin->is_solid_ellipsoid()) {
       const SkinPoint on = nearest_on(*other.shape.surface, local);
       return {to_world(other.at, on.point), other.at.rotation * on.normal, on.distance};
     }

@@ -226,6 +226,8 @@ SkinModel model_of(const Skin& skin) {
   m.is_closed = nurbs::is_closed(skin);
   if (!m.is_closed) return m;
   const nurbs::Enclosed in = nurbs::enclosed_by(skin);
+  m.is_closed = !(in.volume < 0);
+  if (!m.is_closed) return m;
   m.enclosed = mass_of(in);
   if (in.volume > 0) m.doubt = in.by.doubt / in.volume;
   m.is_convex = m.enclosed.mass > 0 && is_convex_by(skin, m);
@@ -240,7 +242,7 @@ Result<std::shared_ptr<const Surface>> make_skin(std::shared_ptr<const Skin> ski
   auto model = std::make_shared<SkinModel>(model_of(*skin));
   surface->low = model->low, surface->high = model->high;
   if (model->is_closed && !(model->enclosed.mass > 0))
-    return Error{"found a closed skin whose outer side faces inwards, expected its faces flipped"};
+    return Error{"found a closed skin that encloses no volume, expected faces around a solid"};
   surface->skin = std::move(skin), surface->model = std::move(model);
   return std::shared_ptr<const Surface>(std::move(surface));
 }

@@ -19,9 +19,9 @@ struct SkinModel {
   // By triangle: its normal, exact to rounding on flat pieces of faces, and whether it is on one.
   std::vector<Vec3> normals;
   std::vector<std::uint8_t> flat;
-  Real chord = 0;  // m, how far the triangles are from the surface
-  Real size = 0;   // m, half the diagonal of the bounds
-  bool is_closed = false;
+  Real chord = 0;          // m, how far the triangles are from the surface
+  Real size = 0;           // m, half the diagonal of the bounds
+  bool is_closed = false;  // a cavity, whose outer side is inwards, counts as an open patch
   bool is_convex = false;
   Vec3 low{0}, high{0};               // bounds of the surface, m
   MassProperties enclosed;            // of a closed skin, density 1
@@ -51,7 +51,7 @@ std::optional<std::uint32_t> nearest_tile_of(const SkinModel& model, Vec3 p, Rea
 SkinModel model_of(const nurbs::Skin& skin);
 
 /// The surface of a shape, in the skin's frame; the skin is not null. Fails for a closed skin that
-/// is inside out, which encloses no positive volume.
+/// encloses no volume.
 Result<std::shared_ptr<const Surface>> make_skin(std::shared_ptr<const nurbs::Skin> skin);
 
 /// A point of a skin: its parameters, position and normal.

@@ -163,7 +163,11 @@ Enclosed of_ellipsoid(Vec3 half) {
 }  // namespace
 
 Enclosed enclosed_by(const Skin& skin) {
-  if (skin.half_axes()) return of_ellipsoid(*skin.half_axes());
+  if (skin.half_axes()) {
+    Enclosed in = of_ellipsoid(*skin.half_axes());
+    if (skin.is_ellipsoid_cavity()) in.volume = -in.volume, in.second = -in.second;
+    return in;
+  }
   // About a centre of its own, so that a skin far from the origin loses no digits.
   Vec3 origin(0);
   for (const Face& face : skin.faces())

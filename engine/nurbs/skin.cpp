@@ -59,8 +59,11 @@ Skin::Skin(std::vector<Surface> faces, Real tolerance)
   join(tolerance_);
 }
 
-Skin::Skin(Vec3 half_axes) : half_axes_(half_axes) {
-  const auto six = charts(half_axes);
+Skin::Skin(Vec3 half_axes, OuterSide side)
+    : half_axes_(half_axes), is_cavity_(side == OuterSide::in) {
+  auto six = charts(half_axes);
+  if (is_cavity_)
+    for (Surface& chart : six) chart = inside_out(chart);
   make_faces({six.begin(), six.end()});
 }
 
@@ -97,7 +100,7 @@ const char* Skin::restored() {
     const Vec3 h = *half_axes_;
     for (int i = 0; i < 3; ++i)
       if (!(h[i] > 0) || !std::isfinite(h[i])) return "is an ellipsoid of no size";
-    *this = Skin(h);
+    *this = Skin(h, is_cavity_ ? OuterSide::in : OuterSide::out);
     return nullptr;
   }
   if (sources_.empty()) return "is a skin without faces";
@@ -109,7 +112,8 @@ const char* Skin::restored() {
   return nullptr;
 }
 
-Skin Skin::ellipsoid(Vec3 half_axes) { return Skin(half_axes); }
+Skin Skin::ellipsoid(Vec3 half_axes) { return Skin(half_axes, OuterSide::out); }
+Skin Skin::ellipsoid_cavity(Vec3 half_axes) { return Skin(half_axes, OuterSide::in); }
 
 void Skin::join(Real tolerance) {
   const int edges = static_cast<int>(faces_.size()) * kEdges;
@@ -156,7 +160,7 @@ std::optional<Place> Skin::across(const Place& at, Edge edge) const {
   const Vec3 point = from.at(at.u, at.v).s;
   if (half_axes_) {
     const ChartPoint to = chart_point(*half_axes_, point);
-    return Place{to.chart, to.u, to.v};
+    return Place{to.chart, is_cavity_ ? -to.u : to.u, to.v};
   }
   const Join& to = join_of(at.face, edge);
   if (to.face < 0) return std::nullopt;

@@ -34,15 +34,17 @@ class Skin {
   Skin() = default;
   /// Edges that coincide within `tolerance` (m) are joined, forward or backward.
   Skin(std::vector<Surface> faces, Real tolerance);
-  /// An ellipsoid about the origin, by six charts without poles.
+  /// An ellipsoid about the origin, by six charts without poles; with its outer side inwards, as
+  /// the wall of a cavity.
   static Skin ellipsoid(Vec3 half_axes);
+  static Skin ellipsoid_cavity(Vec3 half_axes);
 
   const std::vector<Face>& faces() const { return faces_; }
   const Face& face(int i) const { return faces_[static_cast<std::size_t>(i)]; }
   /// Radius of the largest face's ball, m.
   Real size() const { return size_; }
   /// Certainly convex: an ellipsoid by charts, or flat.
-  bool is_convex() const { return half_axes_ || is_flat_; }
+  bool is_convex() const { return is_solid_ellipsoid() || is_flat_; }
   /// The face across an edge; none at a rim.
   std::optional<int> neighbour(int face, Edge edge) const;
 
@@ -51,8 +53,10 @@ class Skin {
 
   /// Tolerance for joining edges, m.
   Real tolerance() const { return tolerance_; }
-  /// The half axes if it is an ellipsoid by charts.
+  /// The half axes if it is an ellipsoid by charts, solid or a cavity.
   const std::optional<Vec3>& half_axes() const { return half_axes_; }
+  bool is_ellipsoid_cavity() const { return is_cavity_; }
+  bool is_solid_ellipsoid() const { return half_axes_ && !is_cavity_; }
   /// Hash of all that it is made of, for hashes of its users.
   std::uint64_t fingerprint() const { return fingerprint_; }
 
@@ -60,6 +64,7 @@ class Skin {
     field("sources", self.sources_);
     field("tolerance", self.tolerance_);
     field("half_axes", self.half_axes_);
+    field("is_cavity", self.is_cavity_);
     field("faces", derived(self.faces_));
     field("joins", derived(self.joins_));
     field("size", derived(self.size_));
@@ -70,7 +75,8 @@ class Skin {
   const char* restored();
 
  private:
-  explicit Skin(Vec3 half_axes);
+  enum class OuterSide : std::uint8_t { out, in };
+  Skin(Vec3 half_axes, OuterSide side);
   void make_faces(const std::vector<Surface>& surfaces);
   struct Join {
     int face = -1;
@@ -85,6 +91,7 @@ class Skin {
   std::vector<Surface> sources_;  // of the faces; none of an ellipsoid by charts
   Real tolerance_ = 0;
   std::optional<Vec3> half_axes_;
+  bool is_cavity_ = false;  // of the ellipsoid: its outer side is inwards
   std::vector<Face> faces_;
   std::vector<Join> joins_;  // [face * 4 + edge]
   Real size_ = 0;

@@ -265,6 +265,14 @@ Tessellation Cutter::run() {
   return std::move(made_);
 }
 
+/// The other side of a tessellation of an ellipsoid by charts.
+Tessellation turned_over(Tessellation made) {
+  for (Vec3& n : made.normals) n = -n;
+  for (Place& place : made.places) place.u = -place.u;
+  for (auto& t : made.triangles) std::swap(t[1], t[2]);
+  return made;
+}
+
 /// Six sides of a cube projected to the ellipsoid, since its charts overlap.
 Tessellation of_ellipsoid(const Skin& skin, Real chord) {
   const Vec3 half = *skin.half_axes();
@@ -320,7 +328,9 @@ Vec3 normal_at(const Face& face, Real u, Real v) {
 }
 
 Tessellation tessellate(const Skin& skin, Real chord) {
-  return skin.half_axes() ? of_ellipsoid(skin, chord) : Cutter(skin, chord).run();
+  if (!skin.half_axes()) return Cutter(skin, chord).run();
+  Tessellation made = of_ellipsoid(skin, chord);
+  return skin.is_ellipsoid_cavity() ? turned_over(std::move(made)) : made;
 }
 
 }  // namespace pantin::detail::nurbs

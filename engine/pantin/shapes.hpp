@@ -82,7 +82,8 @@ struct EllipsoidShape {
 
 /// A surface of NURBS faces, represented exactly. It collides; if closed, its mass properties are
 /// found by quadrature; it may be part of a SurfaceJoint. A closed surface is a solid with its
-/// outer side out. An open one is for bodies that are fixed or kinematic, or whose mass is given.
+/// outer side out. An open one, and the wall of a cavity, a closed one with its outer side in, are
+/// for bodies that are fixed or kinematic, or whose mass is given.
 struct NurbsShape {
   /// Its outer side is in the direction of u x v.
   struct Face {

@@ -127,6 +127,18 @@ std::string turned_away(const nurbs::Meeting& meeting, const nurbs::ClosestPair&
   return a && b ? "both" : a ? "that of a" : b ? "that of b" : "";
 }
 
+/// Why two surfaces that face one another cannot touch from outside: with the gap of `pair` closed
+/// they would cross, as a ball and a socket narrower than it. Empty: they can.
+std::string would_cross(const SurfaceContact& c, const Pose& a_in_b,
+                        const nurbs::CommonNormal& pair) {
+  if (c.on_a.curve) return {};
+  const Pose closed{a_in_b.position - pair.gap * pair.normal, a_in_b.rotation};
+  const nurbs::CommonNormal touching = nurbs::track({*c.on_a.skin, *c.on_b.skin, closed}, pair.at);
+  if (touching.status != nurbs::ContactStatus::found || touching.least_curvature > 0) return {};
+  return "found surfaces that cross where their gap of " + shown(pair.gap) +
+         " m is closed, expected a hollow wider than what lies in it";
+}
+
 std::string far_apart(const SurfaceContact& c, const Pose& a_in_b, Real reach) {
   if (c.on_a.curve)
     return "found a curve " + shown(apart(c, a_in_b)) + " m from " +
@@ -262,6 +274,7 @@ std::string place_surfaces(SurfaceContact& c, const PairPoses& bodies) {
     const auto nearest = std::min_element(found, found + count, [](const auto& x, const auto& y) {
       return std::abs(x.gap) < std::abs(y.gap);
     });
+    if (std::string why = would_cross(c, a_in_b, *nearest); !why.empty()) return why;
     c.at = nearest->at, c.known = true;
     return {};
   }

@@ -112,10 +112,27 @@ TEST_CASE("surfaces by name and inline are placed and turned inside out", "[surf
   CHECK(glm::distance(shapes[0].list[0].surface->low, {-2.5, -0.5, 0.5}) < 1e-9);
   CHECK(scene.world.bodies.values()[1].mass ==
         Approx(100 * 8 * 2 * kPi * kPi * 0.0625).epsilon(1e-9));
-  const Lines told = diagnostics(
-      with_faces(R"({"type": "torus", "radius": 1, "tube": 0.25})", R"(, "inside_out": true)"));
-  REQUIRE(told.size() == 1);
-  CHECK(told[0].find("outer side faces inwards") != std::string::npos);
+}
+
+TEST_CASE("the wall of a cavity is a patch: it has no mass, and no poles if it is a sphere",
+          "[surfaces]") {
+  for (const std::string face :
+       {R"({"type": "torus", "radius": 1, "tube": 0.25})", R"({"type": "sphere", "radius": 2})"}) {
+    const std::string fixed = with_faces(face, R"(, "inside_out": true)");
+    const Scene scene = good(fixed);
+    const Surface& surface = *first_shape(scene).surface;
+    CHECK_FALSE(surface.model->is_closed);
+    CHECK(surface.model->enclosed.mass == 0);
+    std::string dynamic = fixed;
+    dynamic.replace(dynamic.find("fixed"), 5, "dynamic");
+    const Lines told = diagnostics(dynamic);
+    REQUIRE(told.size() == 1);
+    CHECK(told[0].find("outer side faces inwards") != std::string::npos);
+  }
+  const std::string cavity = R"({"type": "sphere", "radius": 2, "inside_out": true})";
+  CHECK(first_shape(good(with_faces(cavity))).surface->skin->is_ellipsoid_cavity());
+  const Scene twice = good(with_faces(cavity, R"(, "inside_out": true)"));
+  CHECK(first_shape(twice).surface->skin->is_solid_ellipsoid());
 }
 
 TEST_CASE("bad surfaces are refused with surface, knot and place", "[surfaces]") {

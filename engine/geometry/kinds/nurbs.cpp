@@ -11,10 +11,10 @@ constexpr int kMostSteps = 20;
 
 /// Charts of an ellipsoid are known in closed form.
 std::optional<Shape> closed_form(const Shape& shape) {
-  const auto& half = shape.surface->skin->half_axes();
-  if (!half) return std::nullopt;
+  const nurbs::Skin& skin = *shape.surface->skin;
+  if (!skin.is_solid_ellipsoid()) return std::nullopt;
   Shape same;
-  same.kind = ShapeKind::ellipsoid, same.size = *half;
+  same.kind = ShapeKind::ellipsoid, same.size = *skin.half_axes();
   return same;
 }
 
@@ -175,7 +175,7 @@ Real rounding(const Shape& shape, const Rolling& at) {
 constinit const ShapeTraits nurbs{
     .about =
         "A surface of NURBS faces: the interior of a closed one, or the inner side of an open "
-        "patch, which has no mass of its own.",
+        "patch or a cavity, which have no mass of their own.",
     .shape_class = ShapeClass::skin,
     .source = SurfaceSource::skin,
     .support = support,

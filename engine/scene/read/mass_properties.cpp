@@ -5,6 +5,9 @@
 #include <string>
 
 #include "engine/base/utf8.hpp"
+#include "engine/geometry/skin_model.hpp"
+#include "engine/geometry/surface.hpp"
+#include "engine/nurbs/tessellate.hpp"
 #include "engine/scene/read/read.hpp"
 
 namespace pantin::detail {
@@ -55,6 +58,13 @@ std::optional<Mat3> read_inertia(const Reader& from) {
   return std::nullopt;
 }
 
+/// Whether a shape is a closed skin whose outer side faces inwards.
+bool is_cavity(const ShapeWithDensity& solid) {
+  const auto& surface = solid.shape.surface;
+  return solid.shape.kind == ShapeKind::nurbs && surface && surface->model &&
+         !surface->model->is_closed && nurbs::is_closed(*surface->skin);
+}
+
 /// Mass, centre and inertia from shapes and from the file; nothing if these are inconsistent.
 std::optional<MassProperties> weigh(const Reader& from, const std::vector<ShapeWithDensity>& solids,
                                     Motion motion, std::size_t refused_before) {
@@ -80,7 +90,11 @@ std::optional<MassProperties> weigh(const Reader& from, const std::vector<ShapeW
   if (whole.mass > 0 && std::isfinite(whole.mass) && is_possible_inertia(moments)) return whole;
   if (from.diagnostics.error_count() == refused_before)
     from.error("found a mass of " + written(whole.mass) +
-               " kg, expected shapes with a finite mass above 0");
+               " kg, expected shapes with a finite mass above 0" +
+               (std::ranges::any_of(solids, is_cavity)
+                    ? ", or \"mass\" and \"inertia\": a closed skin whose outer side faces inwards "
+                      "is the wall of a cavity"
+                    : ""));
   return std::nullopt;
 }
 

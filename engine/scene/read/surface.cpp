@@ -58,11 +58,14 @@ bool check_face(const Reading& reading, NodeId node, const nurbs::Surface& face,
   return true;
 }
 
-/// Returns the radii of a single sphere or ellipsoid in its original position, which needs no
-/// poles.
-std::optional<Vec3> charts_of(const Reading& reading, const Reader& from,
-                              const std::vector<NodeId>& faces) {
-  constexpr std::string_view kMoving = "position rotation rotation_deg inside_out";
+/// A single sphere or ellipsoid in its original position, which needs no poles.
+struct Charts {
+  Vec3 radii{1};
+  bool is_cavity = false;
+};
+std::optional<Charts> charts_of(const Reading& reading, const Reader& from,
+                                const std::vector<NodeId>& faces) {
+  constexpr std::string_view kMoving = "position rotation rotation_deg";
   if (faces.size() != 1 || from.has_any(kMoving)) return std::nullopt;
   if (reading.json[faces[0]].kind != JsonKind::object) return std::nullopt;
   const NodeId type = reading.json.member(faces[0], "type");
@@ -71,7 +74,8 @@ std::optional<Vec3> charts_of(const Reading& reading, const Reader& from,
   const Reader face = reading.open(faces[0], std::string(word) + "_face");
   if (face.has_any(kMoving)) return std::nullopt;
   const Vec3 radii = word == "sphere" ? Vec3(face.number("radius", 1)) : face.vec("radii", Vec3(1));
-  return from.vec_or_number("scale") * face.vec_or_number("scale") * radii;
+  return Charts{from.vec_or_number("scale") * face.vec_or_number("scale") * radii,
+                from.flag("inside_out") != face.flag("inside_out")};
 }
 
 SurfacePointer made_of(const Reader& from, std::shared_ptr<const nurbs::Skin> skin) {
@@ -90,9 +94,11 @@ SurfacePointer surface_of_faces(const Reading& reading, const Reader& from) {
   const Real tolerance = from.number("tolerance");
   const nurbs::Affine by = placing_of(from);
   const bool is_turned = from.flag("inside_out");
-  if (const auto half = charts_of(reading, from, nodes)) {
+  if (const auto charts = charts_of(reading, from, nodes)) {
     if (from.diagnostics.error_count() != refused_before) return nullptr;
-    return made_of(from, std::make_shared<nurbs::Skin>(nurbs::Skin::ellipsoid(*half)));
+    return made_of(from, std::make_shared<nurbs::Skin>(
+                             charts->is_cavity ? nurbs::Skin::ellipsoid_cavity(charts->radii)
+                                               : nurbs::Skin::ellipsoid(charts->radii)));
   }
   std::vector<nurbs::Surface> faces;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -138,7 +144,7 @@ SurfacePointer placed(const Reader& from, const SurfacePointer& surface) {
   const bool is_turned = from.flag("inside_out");
   if (skin.half_axes()) {
     nurbs::Surface whole = nurbs::transformed(nurbs::ellipsoid({}, *skin.half_axes()), by);
-    faces = {is_turned ? nurbs::inside_out(whole) : whole};
+    faces = {is_turned != skin.is_ellipsoid_cavity() ? nurbs::inside_out(whole) : whole};
   } else {
     for (const nurbs::Face& face : skin.faces()) {
       const nurbs::Surface moved = nurbs::transformed(face.surface(), by);

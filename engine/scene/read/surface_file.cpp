@@ -57,7 +57,7 @@ std::string surface_text(const nurbs::Skin& skin) {
   std::string text = "{\n";
   if (const auto& half = skin.half_axes())
     return text + "  \"faces\": [{\"type\": \"ellipsoid\", \"radii\": " + vector_text(*half) +
-           "}]\n}\n";
+           "}]" + (skin.is_ellipsoid_cavity() ? ",\n  \"inside_out\": true\n}\n" : "\n}\n");
   text += "  \"tolerance\": " + number_text(skin.tolerance()) + ",\n  \"faces\": [\n";
   for (std::size_t i = 0; i < skin.faces().size(); ++i)
     text += face_text(skin.faces()[i].surface()) + (i + 1 < skin.faces().size() ? ",\n" : "\n");
