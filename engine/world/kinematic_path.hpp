@@ -7,10 +7,12 @@
 #include "engine/base/fields.hpp"
 #include "engine/world/paths/keyframes.hpp"
 #include "engine/world/paths/lissajous.hpp"
+#include "engine/world/paths/steady.hpp"
 
 #define PANTIN_PATH_KINDS(KIND) \
   KIND(Keyframes)               \
-  KIND(Lissajous)
+  KIND(Lissajous)               \
+  KIND(SteadyMotion)
 
 namespace pantin {
 namespace detail {

@@ -133,7 +133,7 @@ class EnergyWatch {
   EnergyWatch(const World& world, const Island& m, const IntegratorRow& by) : world_(world), m_(m) {
     watches_ = by.keeps_energy_to > 0 && !m.scratch.pushed && m.joint_forces.empty() &&
                m.joint_torques.empty() && m.elastic_cables.empty() && m.elastic_pins.empty() &&
-               m.elastic_paths.empty() && !m.rubs && !m.blocks.empty() && stands_on_rest(m);
+               m.elastic_paths.empty() && !m.rubs && !m.blocks.empty() && m.scratch.frames_rest;
     if (watches_) begin();
   }
   void begin() {
@@ -298,18 +298,10 @@ Real kinetic_energy(const Island& m, const Motions& s) {
   return 0.5 * twice;
 }
 
-bool stands_on_rest(const Island& m) {
-  for (std::size_t n = m.count(); n < m.scratch.body_states.size(); ++n)
-    if (m.scratch.body_states[n].velocity != Vec3(0) ||
-        m.scratch.body_states[n].angular_velocity != Vec3(0))
-      return false;
-  return true;
-}
-
 bool remove_projection_energy(Island& m, Real before) {
   StepScratch& scratch = m.scratch;
   const bool is_free = scratch.pattern.framed.empty();
-  if (!is_free && !stands_on_rest(m)) return true;
+  if (!is_free && !scratch.frames_rest) return true;
   const Real now = kinetic_energy(m, scratch.state);
   if (is_free && m.rescues == 0) return now <= (1 + kFreeGain) * before;
   const Real due = before + scratch.projection_work;
@@ -327,6 +319,7 @@ bool remove_projection_energy(Island& m, Real before) {
 }
 
 bool advance(const World& world, Island& m, const Span& span) {
+  m.scratch.frames_rest = frames_rest(world, m, span);
   const IntegratorRow& requested = row_of(m.settings.integrator);
   const bool by_poses = requested.ends_on_joints || requested.projection_presses;
   const bool serves = !(by_poses && span.h < kShortest * span.whole);

@@ -122,7 +122,7 @@ void bound_energy(World& world, const ContactGroup& g, Real work) {
   Real before = 0, at_start = 0, now = 0;
   for (const GroupMember& member : g.members) {
     const Island& m = islands_of(world)[member.island];
-    if (!stands_on_rest(m)) return;
+    if (!frames_rest(world, m, {0, g.h, g.h})) return;
     before += member.kinetic, now += kinetic_energy(m, m.scratch.state);
     at_start += kinetic_energy(m, m.scratch.entry) + work_of_step(m);
   }

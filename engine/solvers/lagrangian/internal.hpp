@@ -160,6 +160,9 @@ struct Span {
   Real fraction(Real c) const { return (from + c * h) / whole; }
 };
 
+/// Whether no frame moves in a substep. A function of the World, not of the frames' last motion.
+bool frames_rest(const World& world, const Island& m, const Span& span);
+
 /// Accelerations at the current state, into scratch.motion and scratch.lambda.
 void accelerate(const World& world, Island& m, Real part, Real whole);
 
@@ -378,8 +381,6 @@ inline bool is_one_sided(const Island& m, std::size_t block) {
 }
 /// Kinetic energy of the bodies of an island in this state, J.
 Real kinetic_energy(const Island& m, const Motions& s);
-/// Whether all frames that the island is joined to are at rest.
-bool stands_on_rest(const Island& m);
 /// Removes from the kinetic energy what the projection added as potential energy, unless something
 /// else may have paid for it. `before`: kinetic energy before, J. False: there is too little, or a
 /// free island gained energy (its momentum is kept, so the step must be cut).

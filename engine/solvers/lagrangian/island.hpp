@@ -289,7 +289,8 @@ struct StepScratch : EquationScratch, MotionScratch, IntegratorScratch, ForceScr
   // The first surface contact that was lost since this was cleared, and why.
   std::uint32_t lost_touch = UINT32_MAX;
   nurbs::ContactStatus lost_how = nurbs::ContactStatus::found;
-  Real part_h = 0;  // s: length of the current substep
+  Real part_h = 0;           // s: length of the current substep
+  bool frames_rest = false;  // no frame moves in the current advance()
   // s: end of the first substep where a unilateral row is tensile, or friction exceeds mu N.
   Real pulled_at = 1e300;
   int turned_over = 0;  // in this step: how often a pair of curves was replaced by another

@@ -260,6 +260,19 @@ void update_frames(const World& world, Island& m, Real part, Real h) {
   }
 }
 
+bool frames_rest(const World& world, const Island& m, const Span& span) {
+  const auto rests = [&](const Frame& frame) {
+    const bool is_body = frame.pin == UINT32_MAX && frame.cable == UINT32_MAX;
+    if (is_body && world.bodies.values()[frame.slot].motion == Motion::fixed) return true;
+    for (const Real part : {0.0, 0.5, 1.0}) {
+      const FrameMotion f = motion_of(world, frame, span.fraction(part), span.whole);
+      if (f.velocity != Vec3(0) || f.angular_velocity != Vec3(0)) return false;
+    }
+    return true;
+  };
+  return std::all_of(m.frames.begin(), m.frames.end(), rests);
+}
+
 void write_block(const World& world, Island& m, std::size_t i, Want want) {
   StepScratch& scratch = m.scratch;
   PANTIN_ASSERT(i < m.blocks.size());
