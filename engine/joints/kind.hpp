@@ -40,6 +40,7 @@ enum class ParameterRange : std::uint8_t { any, not_negative, size };
 struct Parameter {
   std::string_view key;
   std::string_view needed = "";      // the parameter's meaning, where a file has to give it
+  std::string_view about = "";       // its meaning, where it has a default
   std::string_view never_zero = "";  // why, if it must not be 0
   ParameterRange range = ParameterRange::any;
   bool as_placed = false;  // default: the distance of the anchors at the start; one per kind
@@ -57,10 +58,13 @@ enum class Mark : std::uint8_t {
   lock,            // a square
   translation,     // the line that b's anchor slides along, with its ends
   rod,
-  zigzag  // from anchor to anchor
+  zigzag,  // from anchor to anchor
+  slip     // a line at b's anchor, along the direction in which it does not slip
 };
 
 inline constexpr int kOwnRows = -1;
+
+struct SlipPoint;
 
 /// The whole description of a kind, by JointKind.
 struct JointKindInfo {
@@ -83,7 +87,10 @@ struct JointKindInfo {
   void (*complete)(JointParameters&);
   Quat (*allowed)(const JointLimits&, Quat);
   bool (*on_right_branch)(const Mat3&);
+  SlipPoint (*slip_point)(const Joint&, const BodyState& a, const BodyState& b);  // see slip.hpp
 
+  /// Whether its rows constrain poses, not velocities only.
+  bool binds_poses() const { return slip_point == nullptr; }
   const FreeCoordinate* find(Coordinate which) const {
     for (const FreeCoordinate& c : coordinates)
       if (c.which == which) return &c;

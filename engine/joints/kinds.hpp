@@ -15,8 +15,10 @@
 #include "engine/joints/planar.hpp"
 #include "engine/joints/prismatic.hpp"
 #include "engine/joints/screw.hpp"
+#include "engine/joints/skate.hpp"
 #include "engine/joints/spring.hpp"
 #include "engine/joints/universal.hpp"
+#include "engine/joints/wheel.hpp"
 
 #define PANTIN_JOINT_KINDS(KIND) \
   KIND(ball)                     \
@@ -29,6 +31,8 @@
   KIND(planar)                   \
   KIND(distance)                 \
   KIND(spring)                   \
+  KIND(skate)                    \
+  KIND(wheel)                    \
   KIND(custom)
 
 namespace pantin::detail {
@@ -69,6 +73,15 @@ constexpr auto gap_of() {
     return &gap_of_rows<K>;
 }
 
+/// The contact point of a kind that constrains velocities only, or null.
+template <class K>
+constexpr auto slip_of() -> SlipPoint (*)(const Joint&, const BodyState&, const BodyState&) {
+  if constexpr (requires { &K::slip_point; })
+    return &K::slip_point;
+  else
+    return nullptr;
+}
+
 template <class K>
 constexpr JointKindInfo info_of() {
   static_assert(K::rows == kOwnRows || (K::rows >= 0 && K::rows <= 6));
@@ -77,7 +90,8 @@ constexpr JointKindInfo info_of() {
           K::rotations, K::holds_point,  K::is_line,     K::uses_axes,
           K::in_files,  K::counts_turns, K::coordinates, K::parameters,
           K::marks,     &K::own_rows,    &K::fault,      &K::slide_per_turn,
-          gap_of<K>(),  &K::complete,    &K::allowed,    &K::on_right_branch};
+          gap_of<K>(),  &K::complete,    &K::allowed,    &K::on_right_branch,
+          slip_of<K>()};
 }
 
 }  // namespace joint_kinds

@@ -93,8 +93,9 @@ struct Dof {
 };
 
 struct JointParameters {
-  Real length = 0;         // m, of kinds with such a parameter: distance, spring
+  Real length = 0;         // m, of kinds with such a parameter: distance, spring, wheel (radius)
   Real pitch = 0;          // m/rad, likewise: screw, along x per rad of rotation
+  Real grip = 0;           // N, likewise: skate, wheel; the force beyond which it slides, 0: none
   Dof rotation = {};       // about x: hinge, universal (of a), cylindrical, screw
   Dof translation = {};    // along x: cylindrical, prismatic; along the line: kind `spring`
   AngleLimit travel = {};  // m along x: cylindrical, prismatic, screw
@@ -104,6 +105,7 @@ struct JointParameters {
   static void fields(auto& self, auto&& field) {
     field("length", self.length);
     field("pitch", self.pitch);
+    field("grip", self.grip);
     field("rotation", self.rotation);
     field("translation", self.translation);
     field("travel", self.travel);

@@ -172,4 +172,33 @@ Result<Entity> add_to(World& world, const PlanarJoint& described) {
               make_joint(world, JointKind::planar, {described.a, described.b}, at));
 }
 
+Result<Entity> add_to(World& world, const SkateJoint& described) {
+  Findings findings(world, "SkateJoint", described.name);
+  const WorldFrames at = frames_of(findings, described, "across", described.across);
+  findings.not_negative("grip", described.grip);
+  if (!findings.ok()) return findings.take();
+  Joint joint = make_joint(world, JointKind::skate, {described.a, described.b}, at);
+  if (described.grip > 0) joint.parameters.edit().grip = described.grip;
+  return link(world, findings, described, joint);
+}
+
+Result<Entity> add_to(World& world, const WheelJoint& described) {
+  Findings findings(world, "WheelJoint", described.name);
+  WorldFrames at = frames_of(findings, described, "axle", described.axle);
+  if (!described.frames) {
+    const Vec3 normal = findings.direction("normal", described.normal);
+    const Vec3 along = glm::cross(normal, findings.direction("axle", described.axle));
+    if (findings.ok() && !(glm::length(along) > 1e-6))
+      findings.add("axle", shown(described.axle), "a direction other than that of normal");
+    if (findings.ok()) at.a.rotation = axes_of(glm::normalize(glm::cross(along, normal)), normal);
+  }
+  findings.above_zero("radius", described.radius);
+  findings.not_negative("grip", described.grip);
+  if (!findings.ok()) return findings.take();
+  Joint joint = make_joint(world, JointKind::wheel, {described.a, described.b}, at);
+  joint.parameters.edit().length = described.radius;
+  joint.parameters.edit().grip = described.grip;
+  return link(world, findings, described, joint);
+}
+
 }  // namespace pantin

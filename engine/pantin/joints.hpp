@@ -151,6 +151,32 @@ struct PlanarJoint {
   std::string name = {};
 };
 
+/// A blade of b that does not move sideways: the velocity of a point of b along `across`, relative
+/// to a, is 0. A skate, the knife edge of a sleigh. It constrains velocities only. Lagrangian
+/// solver.
+struct SkateJoint {
+  Entity a = {}, b = {};
+  Vec3 anchor{0};                          // the point of b
+  Vec3 across{0};                          // fixed in b, perpendicular to the blade
+  Real grip = 0;                           // N; beyond it the blade slides sideways; 0: never
+  std::optional<LocalFrames> frames = {};  // x of b is `across`
+  std::string name = {};
+};
+
+/// A thin wheel b that rolls without slip on a plane of a. Nothing keeps it at its height, and it
+/// need not touch the plane: other joints hold it. It constrains velocities only. Lagrangian
+/// solver.
+struct WheelJoint {
+  Entity a = {}, b = {};
+  Vec3 anchor{0};                          // the hub
+  Vec3 axle{0};                            // fixed in b
+  Vec3 normal{0, 1, 0};                    // of the plane, fixed in a
+  Real radius = 0;                         // m
+  Real grip = 0;                           // N; beyond it the wheel slips; 0: never
+  std::optional<LocalFrames> frames = {};  // x of b is the axle, y of a the normal
+  std::string name = {};
+};
+
 /// A massless rod: two points keep their distance. Lagrangian solver.
 struct DistanceJoint {
   Entity a = {}, b = {};
@@ -375,6 +401,8 @@ Result<Entity> add_to(World& world, const PrismaticJoint& joint);
 Result<Entity> add_to(World& world, const CylindricalJoint& joint);
 Result<Entity> add_to(World& world, const ScrewJoint& joint);
 Result<Entity> add_to(World& world, const PlanarJoint& joint);
+Result<Entity> add_to(World& world, const SkateJoint& joint);
+Result<Entity> add_to(World& world, const WheelJoint& joint);
 Result<Entity> add_to(World& world, const DistanceJoint& joint);
 Result<Entity> add_to(World& world, const SpringJoint& joint);
 Result<Entity> add_to(World& world, const CableJoint& joint);

@@ -69,7 +69,8 @@ void add_joint_rings(const PosedWorld& scene, Pen& pen) {
     const Vec3 gap = pen.eye().project(*b) - pen.eye().project(*a);
     const bool meets = holds_point(link.joint.kind);  // other kinds have lines of their own
     if (meets && std::hypot(gap.x, gap.y) > 0.5) pen.line(*a, *b, 2 * pen.fine(), ink::kOpenJoint);
-    pen.ring(*a, std::max(4.0, pen.eye().height / 110.0), pen.fine(), ink::kJoint);
+    const Vec3 at = info_of(link.joint.kind).binds_poses() ? *a : *b;
+    pen.ring(at, std::max(4.0, pen.eye().height / 110.0), pen.fine(), ink::kJoint);
   }
 }
 
@@ -303,14 +304,14 @@ std::vector<LegendEntry> forces_legend(const World& world) {
 
 std::vector<LegendEntry> overlay_legend(const World& world) {
   bool ranges = false, axes = false, locks = false, slides = false, springs = false, rods = false,
-       stops = false;
+       stops = false, slips = false;
   const auto is_lock = [](const AngleLimit& l) { return l.on && !(l.high > l.low); };
   for (const Link& link : world.links.values()) {
     const JointLimits& limits = link.joint.limits;
     ranges |= limits.any();
     for (const Mark mark : info_of(link.joint.kind).marks) {
       slides |= mark == Mark::translation, rods |= mark == Mark::rod,
-          springs |= mark == Mark::zigzag;
+          springs |= mark == Mark::zigzag, slips |= mark == Mark::slip;
       axes |= mark == Mark::axis_x || mark == Mark::axis_y || mark == Mark::axis_z;
       locks |= mark == Mark::lock;
     }
@@ -326,6 +327,7 @@ std::vector<LegendEntry> overlay_legend(const World& world) {
   if (axes) name(ink::kHinge, "line: hinge axis");
   if (slides) name(ink::kTie, "line: axis of translation");
   if (rods) name(ink::kTie, "line: constant distance");
+  if (slips) name(ink::kTie, "line: axle of a wheel, across a blade");
   if (springs) name(ink::kTie, "zigzag: spring");
   if (ranges) name(ink::kRange, "fan, arc: range of a joint");
   if (locks) name(ink::kLocked, "square: locked");

@@ -159,6 +159,12 @@ void add_rod(Pen& pen, const Marked& m, Vec3 other) {
   pen.line(m.at, other, 2 * pen.fine(), ink::kTie);
 }
 
+/// `at`: b's anchor.
+void add_slip(Pen& pen, const Marked& m, Vec3 at) {
+  const Vec3 way = 0.45 * m.size * (m.b * kX);
+  pen.line(at - way, at + way, 1.8 * pen.fine(), ink::kTie);
+}
+
 void add_zigzag(Pen& pen, const Marked& m, Vec3 other) {
   const Vec3 way = other - m.at;
   const Real length = glm::length(way);
@@ -206,6 +212,8 @@ void add_mark(Pen& pen, const Marked& m, Mark mark, Vec3 other) {
       return add_rod(pen, m, other);
     case Mark::zigzag:
       return add_zigzag(pen, m, other);
+    case Mark::slip:
+      return add_slip(pen, m, other);
   }
 }
 

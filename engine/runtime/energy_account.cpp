@@ -146,8 +146,8 @@ void EnergyAccount::find_losses(const World& world) {
   for (std::uint32_t i = 0; i < world.links.size(); ++i) {
     const Link& l = world.links.values()[i];
     const JointParameters& own = *l.joint.parameters;
-    if (l.joint.limits.any() || own.travel.on || takes(own.rotation) || takes(own.translation) ||
-        world.joint_drives.find(world.links.owners()[i]))
+    if (l.joint.limits.any() || own.travel.on || own.grip > 0 || takes(own.rotation) ||
+        takes(own.translation) || world.joint_drives.find(world.links.owners()[i]))
       lose({l.a, l.b});
   }
   for (const Cable& c : world.cables.values())

@@ -25,7 +25,8 @@ TEST_CASE("Jacobian and gamma are the derivatives of the residual along any moti
               });
     }
     INFO(name_of(kind) << ": " << worst.rate << ", " << worst.second);
-    CHECK(worst.rate <= (kind == JointKind::custom ? 1e-11 : 5e-12));
+    if (info_of(kind).binds_poses())
+      CHECK(worst.rate <= (kind == JointKind::custom ? 1e-11 : 5e-12));
     CHECK(worst.second <= (kind == JointKind::custom ? 1e-8 : 1e-11));
   }
 }

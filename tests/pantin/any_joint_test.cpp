@@ -127,6 +127,9 @@ TEST_CASE("A joint by the name of its kind is the one that its own builder makes
                       .angle = {.motor = kMotor}});
   check_same(PlanarJoint{.anchor = kAnchor, .normal = kAxis},
              AnyJoint{.kind = "planar", .anchor = kAnchor, .axis = kAxis});
+  check_same(
+      SkateJoint{.anchor = kAnchor, .across = kAxis, .grip = 4},
+      AnyJoint{.kind = "skate", .anchor = kAnchor, .axis = kAxis, .parameters = {{"grip", 4}}});
 }
 
 TEST_CASE("Every kind in the list can be added by its name and parameters alone") {
@@ -162,7 +165,7 @@ TEST_CASE("A parameter that follows from the place is measured") {
 TEST_CASE("What a kind does not have is refused with the kinds that do") {
   CHECK(complaint({.kind = "hnge"}) ==
         "AnyJoint: kind: found 'hnge', expected ball, hinge, universal, fixed, cylindrical, "
-        "prismatic, screw, planar, distance or spring");
+        "prismatic, screw, planar, distance, spring, skate or wheel");
   CHECK(complaint({.kind = "custom"}).find("kind: found 'custom'") != std::string::npos);
   CHECK(complaint({.kind = "screw", .name = "bolt"}) ==
         "AnyJoint 'bolt': pitch: found none, expected the travel per rad of rotation, in m");

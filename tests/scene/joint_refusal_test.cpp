@@ -27,8 +27,8 @@ Lines with_scene(const std::string& members) {
 TEST_CASE("Kinds and limits that a joint cannot have are refused by name") {
   CHECK(with_joint(R"("kind": "hinj")") ==
         Lines{"t.json:5:9: /joints/0/kind: found \"hinj\", expected ball, hinge, universal, "
-              "fixed, cylindrical, prismatic, screw, planar, distance or spring; nearest is "
-              "\"hinge\""});
+              "fixed, cylindrical, prismatic, screw, planar, distance, spring, skate or wheel; "
+              "nearest is \"hinge\""});
   CHECK(with_joint(R"("kind": "ball", "type": "ball")") ==
         Lines{"t.json:5:17: /joints/0/type: found \"type\" beside \"kind\", expected only one of "
               "them"});

@@ -32,6 +32,7 @@ constexpr void add_parameters(const JointKindInfo& kind, std::span<Key> into, st
   for (const Parameter& p : kind.parameters) {
     Key key = number(p.key, "", range_of(p),
                      p.as_placed ? "Default: as placed." : "Of kinds of joints that have it.");
+    if (!p.about.empty()) key.about = p.about;
     if (!p.needed.empty()) key.about = key.expected = p.needed;
     if (!p.never_zero.empty()) key = key.not_zero(p.never_zero);
     Key* same = nullptr;
@@ -55,13 +56,16 @@ static_assert(kParameterCount < std::size(kAllParameters.first));
 constexpr Key kEveryJoint[] = {
     own_name<&J::name>("Default \"a-b\"."),
     kClass,
-    word("kind", kWords<is_of_files>,
-         "ball (or spherical): free rotation. hinge (or revolute): Q rotates about x. universal: Q "
-         "rotates about y of a, then about z of b; x is the shaft. fixed: no rotation. The others "
-         "are for the solver lagrangian. cylindrical: rotates about x and translates along it. "
-         "prismatic: translates along x of a. screw: translates along x by pitch per rad of "
-         "rotation about it. planar: translates across x, rotates about it. distance: two points "
-         "stay length apart. spring: a spring and damper between two points.")
+    word(
+        "kind", kWords<is_of_files>,
+        "ball (or spherical): free rotation. hinge (or revolute): Q rotates about x. universal: Q "
+        "rotates about y of a, then about z of b; x is the shaft. fixed: no rotation. The others "
+        "are for the solver lagrangian. cylindrical: rotates about x and translates along it. "
+        "prismatic: translates along x of a. screw: translates along x by pitch per rad of "
+        "rotation about it. planar: translates across x, rotates about it. distance: two points "
+        "stay length apart. spring: a spring and damper between two points. skate (or knife_edge): "
+        "b's anchor does not move along x of b. wheel: a disc about x of b rolls on a plane of a "
+        "whose normal is y.")
         .or_else(0),
     word("type", kBallOnly, "An older word for \"kind\": \"ball\"."),
     needed_reference<&J::a>("a", kBodyOrWorld,

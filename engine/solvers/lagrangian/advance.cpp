@@ -44,9 +44,12 @@ void add_impulses(Island& m, Real h) {
 }
 
 /// If the projection is part of the motion, it supplies the normal forces that bend the twists
-/// along curved surfaces. They count in whether contacts are tensile, and in friction.
+/// along curved surfaces, and side forces that turn blades. They count in whether contacts are
+/// tensile, and in friction.
 void add_projected_forces(Island& m, Real h) {
   for (const Block& b : m.blocks) {
+    for (std::size_t r = 0; b.kind == BlockKind::joint && may_slip(b) && r < b.rows; ++r)
+      m.mean_lambda[b.first_row + r] += m.scratch.lambda[b.first_row + r] / h;
     if (b.kind != BlockKind::surface) continue;
     const Real force = m.scratch.lambda[b.first_row] / h;
     if (!b.lock || m.rubs) m.mean_lambda[b.first_row] += force;

@@ -87,7 +87,7 @@ void carry_on(const World& world, Island& was, Island& m) {
 }  // namespace
 
 void carry_memory(const World& world, std::vector<Island>& before, Island& m) {
-  m.memory.assign(m.blocks.size(), {}), m.touches.assign(m.touch_sources.size(), {});
+  m.memory.assign(m.blocks.size(), {}), m.touches.assign(m.touch_sources.size() + m.slips, {});
   m.mean_lambda.assign(m.rows, 0), m.forces = m.mean_lambda;
   m.accelerations.assign(2 * m.count(), Vec3(0));
   m.lagged = m.accelerations;

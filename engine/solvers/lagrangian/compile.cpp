@@ -125,6 +125,15 @@ void pack_joint_forces(Island& m, const Joint& joint, Block block) {
       add(Coordinate::travel, joint.parameters->translation);
 }
 
+/// Adds a joint that constrains velocities only.
+void add_slip(Island& m, const Joint& joint, Block block) {
+  const Real grip = joint.parameters->grip;
+  block.holonomic = false, block.lock = !(grip > 0), block.bound = grip;
+  m.rolls = true;
+  if (may_slip(block)) m.unilateral = m.rubs = m.damped = true, ++m.slips;
+  add_block(m, block);
+}
+
 void pack_links(Packer& p) {
   World& world = p.world;
   for (std::uint32_t i = 0; i < world.links.size(); ++i) {
@@ -143,7 +152,10 @@ void pack_links(Packer& p) {
     block.rows = static_cast<std::uint8_t>(row_count(link.joint));
     block.source = i, block.count = 2, block.point = holds_point(link.joint.kind);
     block.body[0] = number_of(p, at, ends.a), block.body[1] = number_of(p, at, ends.b);
-    add_block(m, block);
+    if (info_of(link.joint.kind).binds_poses())
+      add_block(m, block);
+    else
+      add_slip(m, link.joint, block);
     add_limits(m, link.joint, block);
     pack_joint_forces(m, link.joint, block);
     const bool is_soft = link.joint.limits->soft_zone > 0;
@@ -367,6 +379,13 @@ void pack_belts(Packer& p) {
   }
 }
 
+/// Gives joints that may slip a place for their slip, after those of surfaces.
+void number_slips(Island& m) {
+  auto place = static_cast<std::uint32_t>(m.touch_sources.size());
+  for (Block& b : m.blocks)
+    if (b.kind == BlockKind::joint && may_slip(b)) b.first_place = place++;
+}
+
 /// Whether blocks close a loop, through the ground too: rows may be dependent.
 bool has_loops(const Island& m) {
   const auto ground = static_cast<std::uint32_t>(m.count());
@@ -435,7 +454,7 @@ void compile(World& world, std::span<const IslandPlan> plans) {
   }
   pack_links(p), pack_pins(p), pack_cables(p), pack_gears(p), pack_belts(p), pack_surfaces(p);
   for (Island& m : islands) {
-    count_pins(m);
+    count_pins(m), number_slips(m);
     m.loops = has_loops(m);
     carry_memory(world, before, m);
   }

@@ -249,13 +249,16 @@ nurbs::CommonNormal track_pair(const SurfaceContact& contact, const Pose& a_in_b
 /// Finds the surface joints whose gap follows from rolling and all other joints, as for gears on
 /// fixed axes.
 void find_following_gaps(const World& world, Island& m, Real h);
+/// Writes the rows of a joint that constrains velocities only.
+void write_slip(const World& world, Island& m, std::size_t block, RowsOut out);
 /// Writes the rows of a surface joint, and of its rolling.
 void write_surface(const World& world, Island& m, std::size_t block, Want want);
 /// Clears the rows of rolling that constrain velocities only.
 void clear_rolling(Island& m);
 /// Releases the surface joint that was lost in the step, if its joint says so.
 bool release_lost(const World& world, Island& m);
-// Friction of surface joints (surface_friction.cpp). `block` is of rolling, `lambda` by row.
+// Friction of surface joints and of joints that may slip (surface_friction.cpp). `block` is of
+// rolling or such a joint, `lambda` by row.
 
 /// Initial state at the current rows: contacts with slip velocity slip, the others stick.
 void begin_slips(Island& m);

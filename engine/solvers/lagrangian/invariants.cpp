@@ -65,7 +65,7 @@ void assert_packed(const Island& m) {
   PANTIN_ASSERT(m.memory.size() == m.blocks.size());
   PANTIN_ASSERT(m.mean_lambda.size() == m.rows && m.forces.size() == m.rows);
   [[maybe_unused]] const std::size_t touches = m.touch_sources.size();
-  PANTIN_ASSERT(m.touches.size() == touches && m.touch_ways.size() == touches);
+  PANTIN_ASSERT(m.touches.size() == touches + m.slips && m.touch_ways.size() == touches);
   PANTIN_ASSERT(m.touch_blocks.size() == touches);
   for (std::size_t i = 0; i < touches; ++i) {
     [[maybe_unused]] const std::uint32_t at = m.touch_blocks[i];

@@ -53,18 +53,20 @@ struct Block {
   Coordinate second = Coordinate::angle;      // gear: of the second link
   bool upper = false;                         // limit: the upper bound
   bool lock = false;                          // limit: both bounds are equal; surface: bilateral;
-                                              // roll: sticks at any force
-  bool holonomic = false;                     // roll of curves: arc lengths measure the slip
+                                              // roll, skate: sticks at any force
+  bool holonomic = true;                      // its rows constrain poses; false: velocities only
   bool point = false;                         // rows 0 to 2 constrain a point, the others rotations
   std::uint8_t rows = 0, count = 0;           // of rows, of bodies
   std::uint32_t source = 0;                   // slot in the store of its kind; limit, spring: links
   std::uint32_t body[kMostBlockBodies] = {};  // in the island
   std::uint8_t ends[4] = {};      // gear: bodies a and b of the first and of the second link
   std::uint32_t first_place = 0;  // of a cable over guides: in Island::places; of surfaces and
-                                  // their rolling: in Island::touches; of a belt: its pulley
+                                  // their rolling: in Island::touches; of a joint that may slip:
+                                  // likewise; of a belt: its pulley
   std::uint32_t first_row = 0;
   std::uint32_t first_vector = 0;  // in the Jacobian: see solvers/lagrangian/jacobian.hpp
-  Real bound = 0;                  // limit: value; gear: offset; roll: friction
+  Real bound = 0;                  // limit: value; gear: offset; roll: friction; a joint that may
+                                   // slip: its grip, N
 
   static void fields(auto& self, auto&& field) {
     field("kind", derived(self.kind));
@@ -87,12 +89,15 @@ struct Block {
 };
 
 /// Whether its rows constrain velocities only.
-inline bool binds_no_poses(const Block& b) { return b.kind == BlockKind::roll && !b.holonomic; }
+inline bool binds_no_poses(const Block& b) { return !b.holonomic; }
+
+/// Whether it sticks up to a force and slips beyond: rolling with friction, a skate with a grip.
+inline bool may_slip(const Block& b) { return !b.holonomic && !b.lock; }
 
 /// State of a block.
 struct BlockMemory {
   Real before[2] = {0, 0};  // coordinates after the last step, whole revolutions counted
-  bool active = false;      // limit, cable: the row is active; roll with friction: it sticks
+  bool active = false;      // limit, cable: the row is active; may_slip(): it sticks
 
   static void fields(auto& self, auto&& field) {
     field("before", self.before);
@@ -304,12 +309,14 @@ struct TouchStructure {
   std::vector<std::uint32_t> touch_sources;  // slots in World::surface_contacts
   std::vector<std::uint32_t> touch_blocks;   // blocks of their gaps
   std::vector<SurfaceWays> touch_ways;       // arc lengths of holonomic rolling
-  bool rubs = false;                         // friction of surface joints
+  std::uint32_t slips = 0;                   // joints that may slip: their touches come last
+  bool rubs = false;                         // friction of surface joints, joints that may slip
 
   static void fields(auto& self, auto&& field) {
     field("touch_sources", derived(self.touch_sources));
     field("touch_blocks", derived(self.touch_blocks));
     field("touch_ways", derived(self.touch_ways));
+    field("slips", derived(self.slips));
     field("rubs", derived(self.rubs));
   }
 };

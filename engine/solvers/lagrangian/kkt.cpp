@@ -48,7 +48,7 @@ bool factor_weighted(Island& m, Real weight) {
     }
     const Block& b = m.blocks[node];
     const Real* scales = &scratch.scales[b.first_row];
-    const Real own = weight * (b.kind == BlockKind::roll && !b.lock ? kGive : 1);
+    const Real own = weight * (may_slip(b) ? kGive : 1);
     for (std::size_t r = 0; r < n; ++r) {
       if (is_active(m, node))
         d[r * n + r] += own * scales[r];

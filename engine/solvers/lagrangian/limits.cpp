@@ -80,7 +80,7 @@ void rub(Island& m, const std::vector<Real>& bias) {
 bool any_hits(const Island& m, Real least) {
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     const Block& b = m.blocks[i];
-    const bool may = is_one_sided(m, i) || (b.kind == BlockKind::roll && !b.lock);
+    const bool may = is_one_sided(m, i) || may_slip(b);
     for (std::size_t r = 0; may && m.memory[i].active && r < b.rows; ++r)
       if (std::abs(m.scratch.lambda[b.first_row + r]) > least) return true;
   }

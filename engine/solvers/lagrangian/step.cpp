@@ -309,6 +309,11 @@ ConstraintWrench joint_wrench(const Island& m, std::size_t block) {
     if (i > block && (b.kind != BlockKind::limit || b.source != joint.source)) break;
     add_constraint_force({b, jacobian_of(m, b), 1}, &m.forces[b.first_row], pull);
   }
+  if (may_slip(joint) && !m.memory[block].active) {
+    const SurfaceFound& found = m.scratch.touching[joint.first_place];
+    pull[0] += joint.bound * found.along;
+    pull[1] += joint.bound * glm::cross(found.arm[1], found.along);
+  }
   sum.force = pull[0], sum.torque = pull[1];
   return sum;
 }

@@ -81,9 +81,9 @@ void let_go(const World& world, Island& m, Real part, Real whole) {
   const Real least = std::max(least_left(world, m, part, whole), Real(0));
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     if (left_of(m, i, m.scratch.lambda) > least) continue;
-    if (may_lift(m, i) || m.blocks[i].kind == BlockKind::roll)
+    if (may_lift(m, i) || may_slip(m.blocks[i]))
       m.scratch.touching[m.blocks[i].first_place].has_let_go = true;
-    if (m.blocks[i].kind == BlockKind::roll)
+    if (may_slip(m.blocks[i]))
       release_sticking(m, i, m.scratch.lambda);
     else
       m.memory[i].active = false;

@@ -1,4 +1,5 @@
-// Coulomb friction of surface joints. While friction sticks, the rolling rows are constraints.
+// Coulomb friction of surface joints, and of skates and wheels with a grip, which stands for mu N.
+// While friction sticks, the rolling rows are constraints.
 // While it slips, a force mu N opposes the slip; N is the multiplier of the gap row and depends on
 // that force in turn. Sticking ends when the force needed exceeds mu N; sliding ends when the slip
 // speed crosses zero.
@@ -19,18 +20,25 @@ constexpr Real kNoSlip = 1e-6, kAcross = 0.02;
 /// Residual of the friction forces, relative to the largest force.
 constexpr Real kGripTolerance = 1e-13;
 
-bool has_friction(const Island& m, std::size_t block) {
-  return m.blocks[block].kind == BlockKind::roll && !m.blocks[block].lock;
+bool has_friction(const Island& m, std::size_t block) { return may_slip(m.blocks[block]); }
+/// Whether the surfaces of a rolling block press. A skate always does.
+bool bears(const Island& m, std::size_t block) {
+  return m.blocks[block].kind != BlockKind::roll || is_active(m, block - 1);
+}
+/// N: normal force of a rolling block. 1 for a skate, whose bound is a force.
+Real press_of(const Island& m, std::size_t block, std::span<const Real> lambda) {
+  if (m.blocks[block].kind != BlockKind::roll) return 1;
+  return std::abs(lambda[m.blocks[block - 1].first_row]);
 }
 /// Whether a rolling block slips against friction.
 bool slips(const Island& m, std::size_t block) {
   PANTIN_ASSERT(block < m.blocks.size());
-  return has_friction(m, block) && !m.memory[block].active && is_active(m, block - 1);
+  return has_friction(m, block) && !m.memory[block].active && bears(m, block);
 }
 
 /// Adds a friction force of magnitude `size` to forces and torques, two a body.
 void add_friction(const Island& m, const Block& roll, Real size, std::span<Vec3> force) {
-  PANTIN_ASSERT(roll.kind == BlockKind::roll && 2 * m.count() <= force.size());
+  PANTIN_ASSERT(may_slip(roll) && 2 * m.count() <= force.size());
   const SurfaceFound& found = m.scratch.touching[roll.first_place];
   for (std::size_t k = 0; k < 2; ++k) {
     if (roll.body[k] >= m.count()) continue;
@@ -86,6 +94,10 @@ void aim(Island& m, const Block& roll) {
     found.along = way_of(m, roll, glm::dot(slip, before) < 0 ? -slip : slip, before);
     return;
   }
+  if (roll.kind != BlockKind::roll && roll.rows == 1) {
+    found.along = (glm::dot(before, found.tangent[0]) < 0 ? -1.0 : 1.0) * found.tangent[0];
+    return;
+  }
   const Vec3 way = before - glm::dot(before, found.normal) * found.normal;
   const Real length = glm::length(way);
   found.along = length > 0.5 ? way / length : Vec3(0);
@@ -104,7 +116,7 @@ Vec3 held_by(const Island& m, const Block& roll, std::span<const Real> lambda) {
 
 void begin_slips(Island& m) {
   for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i) {
-    if (!has_friction(m, i) || !is_active(m, i - 1)) continue;
+    if (!has_friction(m, i) || !bears(m, i)) continue;
     const Vec3 slip = slip_of(m, m.blocks[i]);
     const Real speed = glm::length(slip);
     m.memory[i].active = !(speed > kNoSlip);
@@ -162,10 +174,10 @@ void end_slips(Island& m, Real tolerance) {
 
 Real grip_left(const Island& m, std::size_t block, std::span<const Real> lambda) {
   const Block& roll = m.blocks[block];
-  if (!m.rubs || !has_friction(m, block) || !m.memory[block].active || !is_active(m, block - 1) ||
+  if (!m.rubs || !has_friction(m, block) || !m.memory[block].active || !bears(m, block) ||
       m.scratch.touching[roll.first_place].holds == SurfaceFound::Holds::anyway)
     return 1e300;
-  const Real grip = roll.bound * std::abs(lambda[m.blocks[block - 1].first_row]);
+  const Real grip = roll.bound * press_of(m, block, lambda);
   return grip - glm::length(held_by(m, roll, lambda));
 }
 
@@ -180,7 +192,7 @@ bool yield_holding(Island& m, std::span<const Real> lambda, Real least) {
   using Holds = SurfaceFound::Holds;
   bool any = false;
   for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i) {
-    if (!has_friction(m, i) || !is_active(m, i - 1)) continue;
+    if (!has_friction(m, i) || !bears(m, i)) continue;
     SurfaceFound& found = m.scratch.touching[m.blocks[i].first_place];
     const bool jams = std::exchange(found.jams, false) && !m.memory[i].active;
     if (jams || (found.holds == Holds::gave_way && slip_left(m, i) < 0)) {
@@ -188,7 +200,7 @@ bool yield_holding(Island& m, std::span<const Real> lambda, Real least) {
       continue;
     }
     const Real left = grip_left(m, i, lambda);
-    const Real rounding = 1e-9 * std::abs(lambda[m.blocks[i - 1].first_row]) * m.blocks[i].bound;
+    const Real rounding = 1e-9 * press_of(m, i, lambda) * m.blocks[i].bound;
     if (!(left < -(rounding + least))) continue;
     release_sticking(m, i, lambda), any = true;
   }
@@ -202,7 +214,7 @@ Real set_grips(Island& m, std::span<const Real> lambda) {
     if (!has_friction(m, i)) continue;
     Real& grip = m.scratch.touching[m.blocks[i].first_place].grip;
     const Real before = grip;
-    grip = std::abs(lambda[m.blocks[i - 1].first_row]);
+    grip = press_of(m, i, lambda);
     if (slips(m, i))
       most = std::max(most, grip), change = std::max(change, std::abs(grip - before));
   }
@@ -226,6 +238,7 @@ Real raise_grips(Island& m, Real h, std::span<Vec3> load) {
   for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i) {
     if (!slips(m, i)) continue;
     SurfaceFound& found = m.scratch.touching[m.blocks[i].first_place];
+    if (m.blocks[i].kind != BlockKind::roll) continue;
     const Real force = m.scratch.lambda[m.blocks[i - 1].first_row] / h;
     const Real grip = std::abs(force + m.touches[m.blocks[i].first_place].projected);
     add_friction(m, m.blocks[i], h * m.blocks[i].bound * (grip - found.grip), load);

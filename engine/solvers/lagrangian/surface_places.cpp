@@ -169,6 +169,7 @@ bool any_known(const Spots& s) {
 }  // namespace
 
 void find_touches(const World& world, Island& m, Real h) {
+  for (SurfaceFound& found : m.scratch.touching) found.ends = 0;
   for_each_contact(world, m, [&](const Spots& s) {
     const SurfaceContact& c = s.contact();
     begin(s);
@@ -186,7 +187,6 @@ void find_touches(const World& world, Island& m, Real h) {
     for (std::size_t n = 0; n < s.count; ++n) {
       m.scratch.state.touches[s.first + n] = s.memory(n).touch;
       m.scratch.touching[s.first + n].is_fresh = false;
-      m.scratch.touching[s.first + n].ends = 0;
     }
     if (fits || (!c.lifts && s.is_open(0)))
       m.scratch.lost_touch = static_cast<std::uint32_t>(s.first),

@@ -220,6 +220,8 @@ bool is_active(const Island& m, std::size_t block) {
   const Block& b = m.blocks[block];
   PANTIN_ASSERT(m.memory.size() == m.blocks.size());
   if (is_compliant(b.kind)) return m.scratch.springs_active;
+  if (b.kind == BlockKind::joint && !b.holonomic)
+    return !m.scratch.poses_only && (b.lock || m.memory[block].active);
   if (b.kind == BlockKind::roll)
     return (b.holonomic || !m.scratch.poses_only) && (b.lock || m.memory[block].active) &&
            is_active(m, block - 1);
@@ -283,6 +285,10 @@ void write_block(const World& world, Island& m, std::size_t i, Want want) {
   const auto at = [&](int k) -> const BodyState& { return scratch.body_states[b.body[k]]; };
   switch (b.kind) {
     case BlockKind::joint:
+      if (!b.holonomic) {
+        write_slip(world, m, i, out);
+        break;
+      }
       write_rows({world.links.values()[b.source].joint, at(0), at(1), m.memory[i].before[0]}, out);
       break;
     case BlockKind::pin:
