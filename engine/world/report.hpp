@@ -11,8 +11,8 @@ enum class Status : std::uint8_t {
   ok,
   diverged,       // a number is not finite or out of bounds; the affected bodies were not moved
   system_failed,  // a user's system threw an exception; the rest of the step was taken
-  inconsistent,   // joints of an island contradict one another, or a cable is longer than it can be
-                  // or has run up on a pulley; see StepReport::worst_residual_at
+  inconsistent,   // joints of an island contradict one another or a contact, or a cable is longer
+                  // than it can be or has run up on a pulley; see StepReport::worst_residual_at
   bad_clock,      // World::time is not finite, or the step is too short or too long to compute with
                   // (see kShortestStep): what was left of it was not taken
   contact_lost,   // surfaces in contact reached an invalid place: see StepReport::contact_fault
@@ -39,7 +39,8 @@ struct Measures {
 
 struct StepReport {
   Status status = Status::ok;
-  Entity body;        // where the divergence, or the growth of energy, was detected
+  Entity body;        // where the divergence, or the growth of energy, was detected; the body whose
+                      // contact contradicts a surface joint, where inconsistent
   Real residual = 0;  // worst joint gap at that time, m
   std::uint64_t tick = 0;
   Real time = 0;             // s, after the step

@@ -117,6 +117,20 @@ std::string words_of_lost_contact(const World& world, const StepReport& report) 
           : "");
 }
 
+std::string words_of_inconsistency(const World& world, const StepReport& report) {
+  const std::string name = world.name_of(report.worst_residual_at);
+  if (report.body)
+    return fmt::format(
+        "the surface joint {} holds its body {:.3g} m within {}: joint and contact contradict each "
+        "other; move one of them, or let the two bodies not collide",
+        name, report.worst_residual, world.name_of(report.body));
+  return fmt::format("{}, largest residual at {} ({:.3g})",
+                     world.cables.find(report.worst_residual_at)
+                         ? "a cable is longer than possible, or its end has reached a pulley"
+                         : "joints are inconsistent",
+                     name, report.worst_residual);
+}
+
 Result<Scene> read_scene(const std::string& path, const SceneChoices& choices) {
   Result<Scene> loaded = load_scene(path, {}, solver_choices(choices));
   if (!loaded) return loaded;

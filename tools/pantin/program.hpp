@@ -57,6 +57,9 @@ void add_threads(const Subcommand& command, int& threads);
 /// surfaces also the alternative.
 std::string words_of_lost_contact(const World& world, const StepReport& report);
 
+/// Describes a step with status inconsistent: the joint, and the contact that contradicts it.
+std::string words_of_inconsistency(const World& world, const StepReport& report);
+
 /// Reads a scene and applies the choices to it. Errors include more steps than kMostSteps, and
 /// joints that contradict one another.
 inline constexpr double kMostSteps = 1e7;

@@ -334,13 +334,8 @@ int step_through(const Run& run, Pictures* pictures, Record* record) {
     }
     if (report.status == Status::inconsistent) {
       s.status = "inconsistent";
-      const std::string name = sim.world.name_of(report.worst_residual_at);
-      complain(fmt::format("{}: inconsistent at {:.6g} s: {}, largest residual at {} ({:.3g})",
-                           c.scene, report.time,
-                           sim.world.cables.find(report.worst_residual_at)
-                               ? "a cable is longer than possible, or its end has reached a pulley"
-                               : "joints are inconsistent",
-                           name, report.worst_residual));
+      complain(fmt::format("{}: inconsistent at {:.6g} s: {}", c.scene, report.time,
+                           words_of_inconsistency(sim.world, report)));
       return kDiverged;
     }
     if (!write_row(report.measures)) return kUnwritable;

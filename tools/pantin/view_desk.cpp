@@ -120,6 +120,7 @@ void Desk::notice(Pane& pane, const StepReport& step) {
   if (status == "ok")
     status = step.status == Status::energy_grew    ? "energy_grew"
              : step.status == Status::contact_lost ? "contact_lost"
+             : step.status == Status::inconsistent ? "inconsistent"
                                                    : "diverged";
   paused = true;
   pane.alarm = *trouble;

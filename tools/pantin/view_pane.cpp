@@ -114,6 +114,8 @@ std::optional<std::string> Pane::trouble(const StepReport& step) const {
   if (step.status == Status::bad_clock) return std::string("diverged: invalid time or step");
   if (step.status == Status::contact_lost)
     return "contact lost: " + words_of_lost_contact(sim.world, step);
+  if (step.status == Status::inconsistent && step.body)
+    return "inconsistent: " + words_of_inconsistency(sim.world, step);
   if (step.status == Status::energy_grew)
     return fmt::format(
         "energy grew severalfold without work at body {}: the solver {} does not conserve it", body,

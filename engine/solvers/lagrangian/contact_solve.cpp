@@ -23,8 +23,6 @@ constexpr Real kLeastPivot = 1e-9;
 constexpr Real kNearlyShut = 1e-7;
 /// m: a smaller gap is closed.
 constexpr Real kShut = 1e-12;
-/// m/s: speed at which initial overlaps are pushed apart.
-constexpr Real kPushSpeed = 1;
 
 /// Which of a point's sums an impulse changes.
 enum class Follows : std::uint8_t { speed, gap };

@@ -8,6 +8,7 @@
 #include "engine/solvers/lagrangian/contacts.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "engine/base/rotation.hpp"
 #include "engine/contact/contact_axes.hpp"
@@ -22,6 +23,16 @@ constexpr int kOpenings = 4;
 constexpr Real kLeaves = 1e-6;
 /// m: overlaps that rounding may leave.
 constexpr Real kOpenEnough = 1e-12;
+/// Of a body's radius of gyration: smaller overlaps contradict no joint. kOpens: the fraction of an
+/// overlap, or of the travel at the speed of pushing, that a contact opens at least unless a joint
+/// holds it.
+constexpr Real kPressed = 1e-3, kOpens = 0.1;
+/// Cosine of normals that count as parallel, and the distance beside the joint's point, of the
+/// radius of gyration, within which a contact counts as being there.
+constexpr Real kParallel = 0.99, kBeside = 0.25;
+/// rad: displacements that rotate a body on a surface joint by more are left out. The joint nearly
+/// holds the contact shut, so that its response, which is linear, says nothing of such a rotation.
+constexpr Real kMostTurned = 0.3;
 
 void clear_forces(Island& m) {
   std::fill(m.scratch.momenta.begin(), m.scratch.momenta.end(), Vec3(0));
@@ -67,6 +78,14 @@ bool close_joints(const World& world, Island& m, Real h) {
   return closed;
 }
 
+/// rad: the largest rotation of a body in scratch.solution.
+Real largest_turn(const Island& m) {
+  Real most = 0;
+  for (std::size_t b = 0; b < m.count(); ++b)
+    most = std::max(most, glm::length(m.scratch.solution[2 * b + 1]));
+  return most;
+}
+
 /// Displaces an island by the shifts of its points and closes its joints; by a quarter of that, or
 /// not at all, where they do not close. Returns the work of its forces, J.
 Real change_poses(const World& world, Island& m, const GroupMember& member, Real h) {
@@ -75,6 +94,7 @@ Real change_poses(const World& world, Island& m, const GroupMember& member, Real
   for (const Real part : {1.0, 0.25}) {
     // The factor belongs to the current poses.
     respond(world.memory.of<Islands>().contacts, m, member, &ContactPoint::shift);
+    if (!m.touch_blocks.empty() && part * largest_turn(m) > kMostTurned) continue;
     Real work = 0;
     for (std::size_t b = 0; b < m.count(); ++b) {
       const Vec3 way = part * m.scratch.solution[2 * b],
@@ -158,6 +178,59 @@ bool hold_where_placed(World& world, const Couplings& with) {
   return solved;
 }
 
+/// The bilateral surface joint of a body, as a block, or none.
+std::optional<std::uint32_t> surface_joint_of(const Island& m, std::uint32_t body) {
+  for (const std::uint32_t i : m.touch_blocks) {
+    const Block& b = m.blocks[i];
+    if (b.lock && is_active(m, i) && (b.body[0] == body || b.body[1] == body)) return i;
+  }
+  return std::nullopt;
+}
+
+/// Whether a step has left an overlap as it was.
+bool stays_pressed(const ContactPoint& p, Real h) {
+  return p.gap < p.gap_before + kOpens * std::min(-p.gap_before, kPushSpeed * h);
+}
+
+/// Whether an obstacle presses a body where its surface joint touches, along the same normal: then
+/// no motion opens the contact, although a rotation lifts the points that touched at first.
+bool presses_on_joint(const ContactScratch& r, const Island& m, const ContactPoint& p, int side) {
+  const ContactEnd& e = r.ends[p.end[side]];
+  const auto joint = surface_joint_of(m, e.column);
+  if (!joint || p.end[1 - side] != kNoIndex) return false;
+  const SurfaceFound& found = m.scratch.touching[m.blocks[*joint].first_place];
+  const Vec3 aside = glm::cross(found.normal, m.scratch.state.x[e.column] + e.arm - found.on_b);
+  return std::abs(glm::dot(found.normal, p.axes[0])) > kParallel &&
+         glm::length(aside) < kBeside * radius_of_gyration(m.inertia[e.column], m.mass[e.column]);
+}
+
+/// A surface joint fixes where its bodies are along the normal. Where that is within an obstacle,
+/// joint and contact contradict each other: lists the fault and takes the step back.
+void find_contradictions(World& world, const ContactGroup& g) {
+  const ContactScratch& r = world.memory.of<Islands>().contacts;
+  for (const ContactPoint& p : g.points)
+    for (int side = 0; side < 2 && p.is_contact(); ++side) {
+      if (p.end[side] == kNoIndex) continue;
+      const ContactEnd& e = r.ends[p.end[side]];
+      Island& m = islands_of(world)[e.island];
+      const auto joint = surface_joint_of(m, e.column);
+      if (!joint) continue;
+      const Real size = radius_of_gyration(m.inertia[e.column], m.mass[e.column]);
+      if (!(p.gap_before < -kPressed * size)) continue;
+      if (!stays_pressed(p, g.h) && !presses_on_joint(r, m, p, side)) continue;
+      const Contact& c = contacts_of(world)[p.contact];
+      Fault f;
+      f.kind = Fault::inconsistent, f.block = *joint, f.residual = -p.gap_before;
+      f.with = world.bodies.owners()[side == 0 ? c.slot_b : c.slot_a];
+      m.faults.push_back(f);
+      for (const GroupMember& member : g.members) {
+        Island& other = islands_of(world)[member.island];
+        other.scratch.state = other.scratch.entry, other.fresh = true;
+      }
+      return;
+    }
+}
+
 /// Solves the contacts of one group and moves its islands. False: not to the tolerance.
 bool resolve(World& world, const ContactGroup& g) {
   ContactScratch& r = world.memory.of<Islands>().contacts;
@@ -172,9 +245,12 @@ bool resolve(World& world, const ContactGroup& g) {
   const Couplings with{r, g};
   collide(with);
   bool solved = hold(with);
-  if (std::all_of(g.points.begin(), g.points.end(),
-                  [](const ContactPoint& p) { return p.impulse == Vec3(0) && p.shift == Vec3(0); }))
+  if (std::all_of(g.points.begin(), g.points.end(), [](const ContactPoint& p) {
+        return p.impulse == Vec3(0) && p.shift == Vec3(0);
+      })) {
+    find_contradictions(world, g);
     return solved;
+  }
   Real work = 0;
   for (const GroupMember& member : g.members) {
     Island& m = islands_of(world)[member.island];
@@ -191,6 +267,7 @@ bool resolve(World& world, const ContactGroup& g) {
     if (n + 1 == kOpenings || open_overlaps(with) <= kOpenEnough) break;
   }
   bound_energy(world, g, work);
+  find_contradictions(world, g);
   return solved;
 }
 

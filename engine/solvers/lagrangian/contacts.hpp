@@ -5,6 +5,9 @@
 
 namespace pantin::detail::lagrangian {
 
+/// m/s: speed at which initial overlaps are pushed apart.
+inline constexpr Real kPushSpeed = 1;
+
 /// Finishes the step of `h` seconds with the contacts of all islands; writes bodies and contacts.
 void resolve_contacts(World& world, Real h);
 

@@ -149,6 +149,7 @@ struct Fault {
   std::uint32_t block = 0;  // see block_of
   int rows = 0;             // redundant: number of its dependent rows
   Real residual = 0;        // inconsistent: residual of the joint in m or rad, or in m/s^2
+  Entity with = {};         // inconsistent: a body that the joint presses into by `residual`, m
 };
 
 /// Elimination order and fill pattern of the factor.

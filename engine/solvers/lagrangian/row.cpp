@@ -102,7 +102,7 @@ void report(const World& world, StepReport& report) {
       if (f.kind != Fault::inconsistent || report.status != Status::ok) continue;
       report.status = Status::inconsistent;
       report.worst_residual_at = joint_of(world, block_of(m, f)),
-      report.worst_residual = f.residual;
+      report.worst_residual = f.residual, report.body = f.with;
     }
   }
 }
