@@ -100,10 +100,17 @@ TEST_CASE("a closed skin weighs what its closed form does, an open one nothing",
   CHECK_FALSE(is_convex(bowl()));
 }
 
-TEST_CASE("a skin that is inside out, or read as another kind, is refused", "[skin]") {
-  const auto inside =
-      std::make_shared<nurbs::Skin>(std::vector{nurbs::inside_out(nurbs::sphere({}, 0.5))}, 1e-9);
-  CHECK_FALSE(make_skin(inside));
+TEST_CASE("a skin that is inside out is an open one, and one read as another kind is refused",
+          "[skin]") {
+  for (const auto& inside :
+       {nurbs::Skin(std::vector{nurbs::inside_out(nurbs::sphere({}, 0.5))}, 1e-9),
+        nurbs::Skin::ellipsoid_cavity(Vec3(0.5))}) {
+    const auto made = make_skin(std::make_shared<nurbs::Skin>(inside));
+    REQUIRE(made);
+    CHECK_FALSE((*made)->model->is_closed);
+    CHECK_FALSE((*made)->model->is_convex);
+    CHECK((*made)->model->enclosed.mass == 0);
+  }
   Shape shape = ball();
   CHECK(shape.restored() == nullptr);
   shape.kind = ShapeKind::hull;
