@@ -183,9 +183,8 @@ TEST_CASE("Paths that make no sense are refused") {
 "paths": [{"body": "d")" +
                        members + "}]}");
   };
-  CHECK(drive("") ==
-        Lines{"t.json:2:11: /paths/0: found no \"keyframes\", expected \"keyframes\" or "
-              "\"lissajous\""});
+  CHECK(drive("") == Lines{"t.json:2:11: /paths/0: found no \"keyframes\", expected \"keyframes\", "
+                           "\"lissajous\" or \"steady\""});
   CHECK(
       drive(R"(, "keyframes": [])") ==
       Lines{
