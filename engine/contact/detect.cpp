@@ -10,6 +10,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/contact/on_the_way.hpp"
+#include "engine/contact/pairs.hpp"
 #include "engine/contact/resting.hpp"
 #include "engine/geometry/kinds.hpp"
 #include "engine/geometry/usable.hpp"
@@ -17,96 +18,17 @@
 namespace pantin::detail::contact {
 namespace {
 
-// Margin in addition to the reach, so that rounding loses no contact.
-constexpr Real kContactSlop = 1e-4;
 // Fraction of its distance from the mass centre by which a contact point may move and still count
 // as the same.
 constexpr Real kSamePoint = 0.15;
 // Reach of a body at rest whose surface moves, m: it does not count as resting.
 constexpr Real kRunningReach = 1e-12;
 
-/// The solver of a body, as in kSolvers; UINT8_MAX: none.
-std::uint8_t solver_of(const SweptSearch& s, std::uint32_t slot) {
-  const Owner owner = owner_of(s.partition, slot);
-  return owner ? owner.solver : UINT8_MAX;
-}
-
-/// Index in kSolvers of the solver whose bodies are obstacles to all others.
-constexpr std::uint8_t kLaminas = 0;
-
-/// Whether two bodies have different solvers. The solver that adjusts later treats the other's body
-/// as a moving obstacle.
-bool have_two_solvers(const SweptSearch& s, std::uint32_t a, std::uint32_t b) {
-  return solver_of(s, a) != solver_of(s, b);
-}
-
-/// Of two bodies that solvers move, whether `a` owns the contact.
-bool is_first(const SweptSearch& s, std::uint32_t a, std::uint32_t b) {
-  return have_two_solvers(s, a, b) ? solver_of(s, a) > solver_of(s, b) : a < b;
-}
-
-/// Index of a body's island over all solvers; UINT64_MAX: none.
-std::uint64_t island_of(const SweptSearch& s, std::uint32_t slot) {
-  const Owner owner = owner_of(s.partition, slot);
-  return owner ? std::uint64_t(owner.solver) << 32 | owner.island : UINT64_MAX;
-}
-
 const Collision& collision_of(const SweptSearch& s, std::uint32_t slot) {
   return s.world.collisions[s.world.bodies.owners()[slot]];
 }
 
 Memory& memory_of(const SweptSearch& s) { return s.world.memory.of<Memory>(); }
-
-// ---- Pairs -------------------------------------------------------------------------------------
-
-/// False for bodies of different contact solvers: they join one solver once they come near each
-/// other.
-bool may_collide(const SweptSearch& s, const Search& search, std::uint32_t a, std::uint32_t b) {
-  const std::uint8_t one = solver_of(s, a), two = solver_of(s, b);
-  const bool apart =
-      one != two && one != UINT8_MAX && two != UINT8_MAX && one != kLaminas && two != kLaminas;
-  return !apart && do_groups_agree(collision_of(s, a), collision_of(s, b)) &&
-         !are_joined(search.joined, a, b) && !are_joined(search.ignored, a, b);
-}
-
-/// Whether two bodies that solvers move request contacts with each other.
-bool asked_for(const SweptSearch& s, std::uint32_t slot_a, std::uint32_t slot_b) {
-  const Collision &a = collision_of(s, slot_a), &b = collision_of(s, slot_b);
-  if (have_two_solvers(s, slot_a, slot_b)) return true;
-  const std::uint64_t island = island_of(s, slot_a);
-  const bool own = island != UINT64_MAX && island == island_of(s, slot_b);
-  return own ? a.self && b.self : a.others || b.others;
-}
-
-/// Lists pairs of colliders with overlapping bounds (broad phase), the owner of the contact first.
-void list_pairs(const SweptSearch& s, Search& search) {
-  search.pairs.clear();
-  const bool two_solvers =
-      std::any_of(search.colliders.begin(), search.colliders.end(), [&](const Collider& c) {
-        return have_two_solvers(s, c.slot, search.colliders.front().slot);
-      });
-  const auto asks = [&](const Collider& c) {
-    return two_solvers || c.collision->others || c.collision->self;
-  };
-  if (std::none_of(search.colliders.begin(), search.colliders.end(), asks)) return;
-  PANTIN_ASSERT(search.boxes.size() == search.colliders.size());
-  update_tree(search.tree, search.boxes);
-  for (std::uint32_t i = 0; i < search.colliders.size(); ++i) {
-    const Collider& a = search.colliders[i];
-    if (!asks(a)) continue;
-    const Real slop = kContactSlop * search.shapes[a.first].extent;
-    search.tree.query(search.boxes[i].grown(slop), [&](std::uint32_t j) {
-      const Collider& b = search.colliders[j];
-      // If both request it, the pair is reported once, by the lower index.
-      if (i == j || (j < i && asks(b)) || (a.rests && b.rests)) return;
-      if (!asked_for(s, a.slot, b.slot) || !may_collide(s, search, a.slot, b.slot)) return;
-      const std::uint64_t first = is_first(s, a.slot, b.slot) ? i : j;
-      search.pairs.push_back(first << 32 | (first == i ? j : i));
-    });
-  }
-  std::sort(search.pairs.begin(), search.pairs.end());
-  search.pairs.erase(std::unique(search.pairs.begin(), search.pairs.end()), search.pairs.end());
-}
 
 // ---- Surfaces ----------------------------------------------------------------------------------
 
@@ -176,8 +98,7 @@ void collide_shapes(const SweptSearch& s, Search& search, const ColliderShape& a
   PANTIN_ASSERT(a.slot != b.slot && can_move(a.shape->kind));
   const bool bounded = !is_unbounded(b.shape->kind);
   const Real extent = bounded ? glm::min(a.extent, b.extent) : a.extent;
-  const Real reach = s.is_moved(b.slot) ? s.reach_of(a.slot) : s.reach_if_struck(a.slot);
-  const Real margin = reach + s.reach_of(b.slot) + kContactSlop * extent;
+  const Real margin = s.reach_between(search, a.slot, b.slot) + kContactSlop * extent;
   if (bounded && !a.box.grown(margin).overlaps(b.box)) return;
   search.points.clear();
   collide({*a.shape, a.pose}, {*b.shape, b.pose}, search.scratch, {margin, search.points});
@@ -379,6 +300,18 @@ void update_tree(AabbTree& tree, std::span<const Aabb> boxes) {
 
 namespace {
 
+/// Bounds the displacement of bodies that may strike a body: those that were near it in the last
+/// step.
+void find_strikers(std::span<const Contact> before, DetectScratch& scratch) {
+  scratch.struck.assign(scratch.reach.size(), 0);
+  const std::vector<Real>& reach = scratch.reach;
+  for (const Contact& c : before) {
+    PANTIN_ASSERT(c.slot_a < reach.size() && c.slot_b < reach.size());
+    scratch.struck[c.slot_a] = std::max(scratch.struck[c.slot_a], reach[c.slot_b]);
+    scratch.struck[c.slot_b] = std::max(scratch.struck[c.slot_b], reach[c.slot_a]);
+  }
+}
+
 /// Finds the contacts of a step of h seconds; 0: at the current poses.
 void search_contacts(World& world, std::span<const Real> reach, Real h,
                      const ContactFilter* filter) {
@@ -402,20 +335,10 @@ void search_contacts(World& world, std::span<const Real> reach, Real h,
   list_material_pairs(world, search);
   list_colliders(s, search);
   list_pairs(s, search);
+  search.flights.of.clear();
+  if (h > 0) find_flights(s, search, memory.scratch.displacement);
   find_points(s, search), drop_points(s, search, filter);
   store_contacts(s, search);
-}
-
-/// Bounds the displacement of bodies that may strike a body: those that were near it in the last
-/// step.
-void find_strikers(const World& world, DetectScratch& scratch) {
-  scratch.struck.assign(world.bodies.size(), 0);
-  const std::vector<Real>& reach = scratch.reach;
-  for (const Contact& c : contacts_of(world)) {
-    PANTIN_ASSERT(c.slot_a < reach.size() && c.slot_b < reach.size());
-    scratch.struck[c.slot_a] = std::max(scratch.struck[c.slot_a], reach[c.slot_b]);
-    scratch.struck[c.slot_b] = std::max(scratch.struck[c.slot_b], reach[c.slot_a]);
-  }
 }
 
 }  // namespace
@@ -457,8 +380,9 @@ void detect(World& world, Real h, const ContactFilter* filter) {
     const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot]);
     const Real extent = shapes ? extent_of(*shapes) : 0;
     scratch.reach[slot] = h * (glm::length(b.velocity) + extent * glm::length(b.angular_velocity));
+    scratch.displacement[slot] = {h * b.velocity, h * b.angular_velocity};
   }
-  find_strikers(world, scratch);
+  find_strikers(contacts_of(world), scratch);
   for (std::size_t i = 0; i < world.collisions.size(); ++i) {
     if (world.collisions.values()[i].surface_velocity == Vec3(0)) continue;
     const std::uint32_t slot = world.bodies.slot(world.collisions.owners()[i]);

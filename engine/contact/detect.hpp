@@ -19,6 +19,10 @@ namespace contact {
 /// The reach that marks a sleeping body.
 inline constexpr Real kAtRest = -1;
 
+/// What a body's surface may move in a step, as a multiple of the predicted displacement: joints
+/// and contacts change it.
+inline constexpr Real kReachFactor = 1.25;
+
 /// Fills contacts_of(world) from the current poses: all points where two bodies may come into
 /// contact within the step, so that fast bodies do not tunnel through thin ones. `reach` (m, by
 /// body slot) bounds the displacement of each body's surface.

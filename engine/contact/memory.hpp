@@ -1,6 +1,7 @@
 #pragma once
 /// Contacts: state shared by islands and kept from step to step.
 #include <cstdint>
+#include <span>
 #include <string_view>
 #include <tuple>
 #include <vector>
@@ -14,6 +15,13 @@
 #include "engine/world/world.hpp"
 
 namespace pantin::detail::contact {
+
+/// By body slot: bounds on the displacement of bodies' surfaces in the step, m, and the predicted
+/// displacements. The bounds include kReachFactor times these.
+struct Reaches {
+  std::span<Real> reach;
+  std::span<Displacement> displacement;
+};
 
 /// A body that the update stage has already moved to the end of the step, and its pose at the
 /// start.
@@ -36,7 +44,8 @@ inline bool precedes(const Contact& c, const Contact& d) {
 
 /// Scratch memory of contact detection; not part of the state.
 struct DetectScratch {
-  std::vector<Real> reach;   // m, by body slot: how far its surface may move in the step
+  std::vector<Real> reach;  // m, by body slot: how far its surface may move in the step
+  std::vector<Displacement> displacement;  // by body slot, as predicted
   std::vector<Real> struck;  // m, by body slot: largest displacement of its possible strikers
   std::vector<Pose> ends;    // poses of kinematic bodies at the end of the step
   std::vector<StartPose> starts;

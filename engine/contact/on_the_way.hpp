@@ -15,6 +15,11 @@ struct SweptSearch : Finder {
     const Real own = reach_of(slot);
     return slot < struck.size() && own > 0 ? std::max(own, struck[slot]) : own;
   }
+  /// m: by how much two bodies may approach each other; `b` may be an obstacle.
+  Real reach_between(const Search& search, std::uint32_t a, std::uint32_t b) const {
+    if (search.flights.share_one(a, b)) return search.flights.reach_between(a, b);
+    return (is_moved(b) ? reach_of(a) : reach_if_struck(a)) + reach_of(b);
+  }
 };
 
 /// For two convex shapes that would meet within the step, given their points at its start: replaces

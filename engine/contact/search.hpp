@@ -1,9 +1,11 @@
 #pragma once
 /// Scratch memory of contact detection, kept allocated between steps.
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "engine/base/disjoint_sets.hpp"
 #include "engine/contact/contact.hpp"
 #include "engine/geometry/aabb_tree.hpp"
 #include "engine/geometry/collide.hpp"
@@ -84,6 +86,55 @@ struct FoundPoint {
   ContactPoint at;
 };
 
+/// What a body moves by in a step, about its mass centre; world axes.
+struct Displacement {
+  Vec3 translation{0};  // m
+  Vec3 rotation{0};     // rad, a rotation vector
+
+  /// m, of the point of the body at `arm` from its mass centre, to second order.
+  Vec3 at(Vec3 arm) const {
+    const Vec3 across = glm::cross(rotation, arm);
+    return translation + across + glm::cross(rotation, across) / 2.0;
+  }
+};
+
+/// Bodies that nothing at rest can disturb within the step: see find_flights().
+struct Flights {
+  static constexpr std::uint32_t kNone = UINT32_MAX;
+  /// A body in flight, at the start of the step.
+  struct OfBody {
+    std::uint32_t flight = kNone;
+    Real extent = 0;  // m
+    Vec3 centre{0};
+    Displacement by;  // kReachFactor included
+    Real rest = 0;    // m: its reach, less that displacement
+    Real pushed = 0;  // m: displacement by those that may strike it
+  };
+  /// Two nodes that may meet, their distance, m, and the time that they need at least, as a
+  /// fraction of the step.
+  struct Edge {
+    std::uint32_t a = 0, b = 0;
+    Real distance = 0, time = 0;
+  };
+  std::vector<OfBody> of;  // by body slot; empty: there is no flight
+  std::vector<Edge> edges;
+  std::vector<std::uint32_t> in_island;  // bodies, by island of the partition
+  std::vector<Real> struck;     // m, by node: largest reach of it and of those that may strike it
+  std::vector<Real> disturbed;  // by node: when at the earliest, as a fraction of the step
+  DisjointSets sets{0};
+
+  bool share_one(std::uint32_t a, std::uint32_t b) const {
+    return !of.empty() && of[a].flight != kNone && of[a].flight == of[b].flight;
+  }
+  /// m: by how much the surfaces of two such bodies may approach each other by what is predicted:
+  /// by translations and rotations apart, or by the relative motion at one of them. (The distance
+  /// of two rotations is at most that of their rotation vectors.) The order of the two does not
+  /// matter, to the bit.
+  static Real relative_motion(const OfBody& a, const OfBody& b);
+  /// m: the same by all that may happen.
+  Real reach_between(std::uint32_t slot_a, std::uint32_t slot_b) const;
+};
+
 /// Not part of the state: an empty Search finds the same contacts.
 struct Search {
   RestingColliders resting;
@@ -94,8 +145,9 @@ struct Search {
   AabbTree tree;
   std::vector<std::uint64_t> joined;  // see engine/world/joined.hpp
   std::uint64_t joined_for = 0;
-  std::vector<std::uint64_t> ignored;               // likewise
-  std::vector<std::uint64_t> pairs;                 // of colliders, the contact's owner first
+  std::vector<std::uint64_t> ignored;  // likewise
+  std::vector<std::uint64_t> pairs;    // of colliders, the contact's owner first
+  Flights flights;
   std::vector<const MaterialPair*> material_pairs;  // of the World, sorted by their materials
   std::vector<FoundPoint> found;
   std::vector<std::uint32_t> order;    // of those

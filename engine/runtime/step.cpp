@@ -126,9 +126,11 @@ bool detect_contacts(World& world, const StepTask& task) {
   if (!world.collisions.empty() && anybody_feels(world)) {
     std::vector<Real>& reach = scratch.reach;
     reach.assign(world.bodies.size(), 0);
+    scratch.displacement.assign(world.bodies.size(), {});
     scratch.starts.clear();
     for (const SolverRow* solver : kSolvers)
-      solver->find_reaches(world, task.h, reach), solver->find_starts(world, scratch.starts);
+      solver->find_reaches(world, task.h, {reach, scratch.displacement}),
+          solver->find_starts(world, scratch.starts);
     contact::detect(world, task.h, task.filter);
   } else {
     contacts.clear(), world.memory.of<contact::Memory>().resting.clear();

@@ -54,9 +54,9 @@ struct SolverRow {
   bool (*sleeps)(const World&, std::size_t island) = [](const World&, std::size_t) {
     return false;
   };
-  /// Bounds on the displacement of its bodies' surfaces in the step, m, by body slot.
-  void (*find_reaches)(const World&, Real h, std::span<Real> reach) = [](const World&, Real,
-                                                                         std::span<Real>) {};
+  /// Bounds on the displacements of its bodies in the step.
+  void (*find_reaches)(const World&, Real h, const contact::Reaches& out) =
+      [](const World&, Real, const contact::Reaches&) {};
   /// Appends the solid bodies that `predict` has already moved to the end of the step.
   void (*find_starts)(const World&, std::vector<contact::StartPose>&) =
       [](const World&, std::vector<contact::StartPose>&) {};

@@ -21,7 +21,7 @@ void wake(World& world, Island& a, Real h);
 
 /// Bounds on the displacement of each body's surface in the step, m, by body slot, from the
 /// predictions.
-void find_reaches(const World& world, Real h, std::span<Real> reach);
+void find_reaches(const World& world, Real h, const contact::Reaches& out);
 /// Whether every island is asleep.
 bool all_asleep(const World& world);
 /// Whether this solver moves the body in a slot.

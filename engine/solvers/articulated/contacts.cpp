@@ -19,15 +19,17 @@ struct Margin {
 
 /// Bound on the displacement of a body's surface in this step: the predicted one, and a margin for
 /// joints.
-Real reach_of(const World& world, const Island& a, std::size_t c, const Margin& margin) {
-  const Body& b = world.bodies.values()[a.slots[c]];
-  const Shapes* shapes = world.shapes.find(a.bodies[c]);
+Real reach_of(const Shapes* shapes, const contact::Displacement& by, const Margin& margin) {
   if (!shapes) return 0;
   const Real extent = contact::extent_of(*shapes);
-  const Real translation = glm::length(a.scratch.work.vec(kPosition, c) - b.pose.position);
-  const Quat rotation = a.scratch.work.quat(kRotation, c) * glm::conjugate(b.pose.rotation);
-  return 1.25 * (translation + extent * glm::length(rotation_vector(rotation))) + margin.anchors +
-         0.02 * extent + margin.gravity;
+  const Real way = glm::length(by.translation) + extent * glm::length(by.rotation);
+  return contact::kReachFactor * way + margin.anchors + 0.02 * extent + margin.gravity;
+}
+
+contact::Displacement displacement_of(const World& world, const Island& a, std::size_t c) {
+  const Pose& from = world.bodies.values()[a.slots[c]].pose;
+  return {a.scratch.work.vec(kPosition, c) - from.position,
+          rotation_vector(a.scratch.work.quat(kRotation, c) * glm::conjugate(from.rotation))};
 }
 
 /// Largest displacement of the island's anchors in this step.
@@ -56,7 +58,8 @@ void keep_sleeping_contacts(World& world, Island& a, Real h) {
   }
 }
 
-void find_reaches(const World& world, Real h, std::span<Real> reach) {
+void find_reaches(const World& world, Real h, const contact::Reaches& out) {
+  const std::span<Real> reach = out.reach;
   PANTIN_ASSERT(reach.size() >= world.bodies.size());
   const Islands& all = world.memory.of<Islands>();
   for (const RestLists::Sleeper& s : all.rest.sleepers) {
@@ -71,8 +74,11 @@ void find_reaches(const World& world, Real h, std::span<Real> reach) {
     const Margin margin{displacement_of_targets(a), glm::length(world.gravity) * h * h};
     for (std::size_t c = 0; c < a.count(); ++c)
       if (const Collision* collision = world.collisions.find(a.bodies[c]);
-          collision && !collision->sensor)
-        reach[a.slots[c]] = reach_of(world, a, c, margin);
+          collision && !collision->sensor) {
+        const std::uint32_t slot = a.slots[c];
+        out.displacement[slot] = displacement_of(world, a, c);
+        reach[slot] = reach_of(world.shapes.find(a.bodies[c]), out.displacement[slot], margin);
+      }
   });
 }
 

@@ -44,8 +44,15 @@ Real reach_of(const World& world, const Island& m, std::size_t b, Real h) {
     way = std::max(way, glm::length(body.pose.position - m.scratch.entry.x[b]));
     turn = std::max(turn, glm::length(rotation_vector(turned)));
   }
-  const Real reach = 1.25 * (way + extent * turn) + margin;
+  const Real reach = contact::kReachFactor * (way + extent * turn) + margin;
   return std::isfinite(reach) ? reach : 0;
+}
+
+contact::Displacement displacement_of(const World& world, const Island& m, std::size_t b, Real h) {
+  const Body& body = world.bodies.values()[m.slots[b]];
+  if (!m.scratch.stepped) return {h * body.velocity, h * body.angular_velocity};
+  const Quat turned = body.pose.rotation * glm::conjugate(m.scratch.entry.q[b]);
+  return {body.pose.position - m.scratch.entry.x[b], rotation_vector(turned)};
 }
 
 bool is_solid(const World& world, Entity body) {
@@ -53,10 +60,13 @@ bool is_solid(const World& world, Entity body) {
   return collision && !collision->sensor;
 }
 
-void find_reaches(const World& world, Real h, std::span<Real> reach) {
+void find_reaches(const World& world, Real h, const contact::Reaches& out) {
   for (const Island& m : islands_of(world))
     for (std::size_t b = 0; b < m.count(); ++b)
-      if (is_solid(world, m.bodies[b])) reach[m.slots[b]] = reach_of(world, m, b, h);
+      if (is_solid(world, m.bodies[b])) {
+        out.reach[m.slots[b]] = reach_of(world, m, b, h);
+        out.displacement[m.slots[b]] = displacement_of(world, m, b, h);
+      }
 }
 
 void find_starts(const World& world, std::vector<contact::StartPose>& out) {
