@@ -25,7 +25,7 @@ constexpr Real kBetter = 0.98;
 
 /// One part with its descents.
 struct Assembling {
-  const World& world;
+  World& world;
   Part& part;
   const AssemblyChoices& choices;
   AssemblyReport& report;
@@ -81,23 +81,35 @@ void Assembling::restart(const Poses& first, int number) {
   set_poses(world, part, poses);
 }
 
+/// Poses and design variables of a part.
+struct Configuration {
+  Poses poses;
+  std::vector<Real> numbers;
+};
+Configuration configuration_of(const Part& part) { return {poses_of(part), part.design.numbers}; }
+void set_configuration(World& world, Part& part, const Configuration& to) {
+  set_design(world, part, to.numbers);
+  set_poses(world, part, to.poses);
+}
+
 /// Attempts from the present poses, then from perturbed ones. Leaves the part assembled, or in the
 /// best pose of least squares.
 bool assemble_part(Assembling& a) {
   const Poses first = poses_of(a.part);
   if (a.attempt()) return true;
-  Poses best = poses_of(a.part);
+  Configuration best = configuration_of(a.part);
   Real least = merit_of(a.part);
   for (int n = 1; n <= a.choices.starts; ++n) {
     ++a.report.starts;
+    set_design(a.world, a.part, std::vector<Real>(a.part.design.numbers.size(), 0));
     a.restart(first, n);
     if (n % 3 != 0) lay_out(a.world, a.part);
     if (a.attempt(n % 2 == 0 ? Bring::all : Bring::lost)) return true;
     const Real merit = merit_of(a.part);
     if (!(merit < kBetter * least)) continue;
-    least = merit, best = poses_of(a.part);
+    least = merit, best = configuration_of(a.part);
   }
-  set_poses(a.world, a.part, best);
+  set_configuration(a.world, a.part, best);
   return a.settle();
 }
 
@@ -156,6 +168,19 @@ void count_freedoms(const World& world, Part& part, AssemblyReport& report) {
       6 * static_cast<std::int64_t>(m.count()) - static_cast<std::int64_t>(rows - dependent);
 }
 
+/// Values before and after. A length or radius at a bound, but not from the start, has reached it.
+void list_design(const World& start, const World& world, const AssemblyChoices& choices,
+                 AssemblyReport& report) {
+  for (const DesignVariable& v : choices.free) {
+    if (!fault_of(world, v).empty()) continue;
+    DesignChange change{v, value_of(start, v), value_of(world, v)};
+    const Real now = change.after.numbers.x;
+    const Real near = 1e-9 * std::abs(now);
+    change.is_at_bound = is_size(v.quantity) && (now <= v.least + near || now >= v.most - near);
+    report.design.push_back(change);
+  }
+}
+
 void note_motion(const Poses& first, const Poses& last, AssemblyReport& report) {
   for (std::size_t b = 0; b < first.size(); ++b) {
     report.moved = std::max(report.moved, glm::distance(first[b].position, last[b].position));
@@ -170,21 +195,25 @@ AssemblyReport assemble(World& world, const AssemblyChoices& choices) {
   AssemblyReport report;
   report.seed = choices.seed;
   const World start = world;
-  Problem p = make_problem(world, choices.held);
+  Problem p = make_problem(world, choices.held, choices.free);
   report.assembled = p.unfit.empty();
   for (Part& part : p.parts) {
     const Poses first = poses_of(part);
     Assembling a{p.world, part, choices, report, Random(choices.seed)};
-    report.assembled = assemble_part(a) && report.assembled;
+    const bool is_closed = assemble_part(a);
+    if (is_closed) lessen_change(p.world, part, choices.effort.tolerance);
+    report.assembled = is_closed && report.assembled;
     report.residual = std::max(report.residual, worst_of(part));
     note_motion(first, poses_of(part), report);
     list_residuals(p.world, part, report);
     write_poses(part, world);
+    for (const FreeQuantity& q : part.design.all) set_value(world, q.of, value_of(p.world, q.of));
     count_freedoms(p.world, part, report);
   }
   std::stable_sort(
       report.residuals.begin(), report.residuals.end(),
       [](const LawResidual& x, const LawResidual& y) { return x.residual > y.residual; });
+  list_design(start, world, choices, report);
   if (!report.assembled && choices.finds_contradictions)
     report.contradictory = find_contradiction(world, start, report, choices);
   return report;

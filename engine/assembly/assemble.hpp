@@ -14,9 +14,10 @@ namespace pantin::detail::assembly {
 struct AssemblyChoices {
   const Method* method = nullptr;  // null: the first
   Effort effort;
-  std::vector<Entity> held;  // bodies that stay where they are
-  int starts = 24;           // attempts from perturbed poses, beside the first
-  std::uint64_t seed = 1;    // of perturbations
+  std::vector<Entity> held;            // bodies that stay where they are
+  std::vector<DesignVariable> free{};  // numbers of laws that may change
+  int starts = 24;                     // attempts from perturbed poses, beside the first
+  std::uint64_t seed = 1;              // of perturbations
   std::function<void(const Iteration&)> watch{};
   bool finds_contradictions = true;
 };
@@ -34,6 +35,13 @@ struct RedundantLaw {
   int rows = 0;
 };
 
+/// A design variable, before and after.
+struct DesignChange {
+  DesignVariable of;
+  DesignValue before, after;
+  bool is_at_bound = false;
+};
+
 struct AssemblyReport {
   bool assembled = false;
   Real residual = 0;  // the largest, m or rad
@@ -47,6 +55,7 @@ struct AssemblyReport {
   std::int64_t mobility = 0;           // degrees of freedom that are left
   std::vector<LawResidual> residuals;  // of all laws, the largest first
   std::vector<RedundantLaw> redundant;
+  std::vector<DesignChange> design;    // as in AssemblyChoices::free
   std::vector<Entity> wrong_branch;    // joints whose axes are opposed
   std::vector<Entity> reached_limits;  // joints at a limit, cables that are taut
   // A set of laws that cannot all hold, each of which is needed for that; empty if none was found.
@@ -54,8 +63,9 @@ struct AssemblyReport {
   Real moved = 0, turned = 0;  // the largest displacement and rotation of a body, m, rad
 };
 
-/// Assembles a World in place. If that is impossible, its bodies are left in the pose of least
-/// squares, and the report names laws that contradict one another.
+/// Assembles a World in place; its design variables are changed as little as possible. If that is
+/// impossible, its bodies are left in the pose of least squares, and the report names laws that
+/// contradict one another.
 AssemblyReport assemble(World& world, const AssemblyChoices& choices);
 
 /// Laws of a World that contradict one another, by deletion: each of them is needed for it. `world`

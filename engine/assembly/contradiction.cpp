@@ -23,7 +23,8 @@ struct Subset {
 bool can_hold(const World& world, const World& start, std::span<const Entity> left_out,
               const AssemblyChoices& choices) {
   AssemblyChoices own;
-  own.method = nullptr, own.effort = choices.effort, own.held = choices.held;
+  own.method = nullptr, own.effort = choices.effort, own.held = choices.held,
+  own.free = choices.free;
   own.effort.iterations = kIterations, own.starts = kStarts, own.seed = choices.seed;
   own.finds_contradictions = false;
   Subset near(world, left_out);

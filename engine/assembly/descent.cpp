@@ -30,13 +30,14 @@ bool take(Descent& d, Real merit) {
   lagrangian::StepScratch& scratch = d.part.m.scratch;
   scratch.from = scratch.state;
   const Real turn = turn_of(d.part);
-  move(d.part, turn > kMostTurn ? kMostTurn / turn : 1);
+  displace(d.world, d.part, turn > kMostTurn ? kMostTurn / turn : 1);
   look(d.world, d.part);
   if (merit_of(d.part) < merit) {
     count(d.world, d.part);
     return true;
   }
   scratch.state = scratch.from;
+  undo_design(d.world, d.part);
   look(d.world, d.part);
   return false;
 }
@@ -126,7 +127,7 @@ Ending descend_gauss_newton(Descent& d) {
     if (d.iterations >= d.effort.iterations) return Ending::unfinished;
     solve_step(d.part, kLeast);
     const Real turn = turn_of(d.part);
-    move(d.part, turn > kMostTurn ? kMostTurn / turn : 1);
+    displace(d.world, d.part, turn > kMostTurn ? kMostTurn / turn : 1);
     look(d.world, d.part), count(d.world, d.part);
     if (!std::isfinite(worst_of(d.part))) return Ending::unfinished;
   }

@@ -32,7 +32,7 @@ enum class Ending : std::uint8_t {
 
 /// A descent of one part from its present poses.
 struct Descent {
-  const World& world;
+  World& world;
   Part& part;
   const Effort& effort;
   Random& random;  // of perturbations
@@ -49,6 +49,7 @@ struct Descent {
 struct Method {
   std::string_view name, about;
   Ending (*descend)(Descent&);
+  bool changes_design = false;  // whether it solves for design variables
 };
 
 /// Levenberg-Marquardt, and Gauss-Newton steps near the end. [Levenberg 1944; Marquardt 1963]

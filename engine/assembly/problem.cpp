@@ -23,6 +23,8 @@ namespace {
 constexpr Real kStep = 1e-3;
 /// Regularisation of dependent rows, relative to the diagonal, where damping has vanished.
 constexpr Real kRegularisation = 1e-11;
+/// The same with design variables: rounding and the error of the regularisation are equal then.
+constexpr Real kRegularisationOfDesign = 1e-8;
 /// The least arm of a body, as a fraction of its largest radius of gyration or of the mechanism.
 constexpr Real kLeastArm = 1e-3;
 /// Searches for the pairs of a surface joint that was lost.
@@ -105,7 +107,8 @@ void write_rows(const World& world, Island& m) {
 
 }  // namespace
 
-Problem make_problem(const World& world, std::span<const Entity> held) {
+Problem make_problem(const World& world, std::span<const Entity> held,
+                     std::span<const DesignVariable> free) {
   Problem p{world, {}, {}};
   World& w = p.world;
   w.default_settings.solver = Solver::lagrangian;
@@ -121,7 +124,7 @@ Problem make_problem(const World& world, std::span<const Entity> held) {
       p.unfit.push_back(m.unfit);
       continue;
     }
-    Part part{m, {}, {}};
+    Part part{m, {}, {}, {}};
     lagrangian::place_for_inspection(w, part.m, kStep);
     part.m.scratch.poses_only = true;
     part.m.loops = false;  // dependent rows are regularised, and steps are not refined
@@ -133,6 +136,7 @@ Problem make_problem(const World& world, std::span<const Entity> held) {
     set_units(part);
     for (lagrangian::BlockMemory& memory : part.m.memory) memory.active = false;
     for (const Block& b : part.m.blocks) part.bounds.push_back(b.bound);
+    find_design(w, part, free);
     look(w, part);
     p.parts.push_back(std::move(part));
   }
@@ -158,7 +162,9 @@ void set_poses(const World& world, Part& part, std::span<const Pose> poses) {
   look(world, part);
 }
 
-void look(const World& world, Part& part) {
+namespace {
+
+void look_at_rows(const World& world, Part& part) {
   Island& m = part.m;
   place_bodies(m);
   m.scratch.lost_touch = UINT32_MAX;
@@ -183,6 +189,13 @@ void look(const World& world, Part& part) {
     m.memory[i].active = m.scratch.c[row] < 0 || (was && m.scratch.lambda[row] > 0);
     if (m.memory[i].active != was) lagrangian::write_block(world, m, i, {true, false});
   }
+}
+
+}  // namespace
+
+void look(const World& world, Part& part) {
+  look_at_rows(world, part);
+  if (part.design.any()) write_slopes(world, part);
 }
 
 void count(const World& world, Part& part) {
@@ -225,17 +238,19 @@ Real slope_of(Part& part) {
   Island& m = part.m;
   std::vector<Vec3>& pull = m.scratch.force;
   std::fill(pull.begin(), pull.end(), Vec3(0));
+  std::fill(m.scratch.right.begin(), m.scratch.right.end(), Real(0));
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     if (!counts(part, i)) continue;
     const Block& b = m.blocks[i];
     Real lambda[6] = {};
     for (std::size_t r = 0; r < b.rows; ++r)
-      lambda[r] = m.scratch.c[b.first_row + r] / part.units[b.first_row + r];
+      m.scratch.right[b.first_row + r] = lambda[r] =
+          m.scratch.c[b.first_row + r] / part.units[b.first_row + r];
     for (std::size_t k = 0; k < b.count; ++k)
       if (b.body[k] < m.count())
         add_constraint_force({b, jacobian_of(m, b), k}, lambda, &pull[2 * b.body[k]]);
   }
-  Real sum = 0;
+  Real sum = slope_of_design(part, m.scratch.right);
   for (std::size_t b = 0; b < m.count(); ++b)
     sum += glm::dot(pull[2 * b], pull[2 * b]) +
            glm::dot(pull[2 * b + 1], pull[2 * b + 1]) / m.inertia[b].x;
@@ -254,7 +269,8 @@ void solve_step(Part& part, Real damping) {
       scratch.right[r] = on ? -scratch.c[r] : 0;
     }
   }
-  lagrangian::factor_soft(m, kRegularisation);
+  lagrangian::factor_soft(m, part.design.any() ? kRegularisationOfDesign : kRegularisation);
+  if (part.design.any()) solve_design(part);
   constexpr Real kUnrefined = std::numeric_limits<Real>::infinity();
   lagrangian::solve(m, {{}, scratch.right}, {scratch.solution, scratch.lambda}, kUnrefined);
 }
@@ -275,6 +291,11 @@ void move(Part& part, Real fraction) {
     s.x[b] += fraction * way[2 * b];
     s.q[b] = glm::normalize(from_rotation_vector(fraction * way[2 * b + 1]) * s.q[b]);
   }
+}
+
+void displace(World& world, Part& part, Real fraction) {
+  move(part, fraction);
+  move_design(world, part, fraction);
 }
 
 void write_poses(const Part& part, World& world) {

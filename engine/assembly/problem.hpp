@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/assembly/design.hpp"
 #include "engine/solvers/lagrangian/internal.hpp"
 
 namespace pantin::detail::assembly {
@@ -19,6 +20,7 @@ struct Part {
   lagrangian::Island m;      // mass 1, inertia arm^2: the metric of poses
   std::vector<Real> units;   // by row: D
   std::vector<Real> bounds;  // by block: of gears without an offset, from the first poses
+  Design design;
 };
 
 struct Problem {
@@ -27,8 +29,10 @@ struct Problem {
   std::vector<Entity> unfit;  // bodies with numbers that are not finite: their islands are no parts
 };
 
-/// Prepares the problem of a World, `held` bodies where they are. The poses are those of the World.
-Problem make_problem(const World& world, std::span<const Entity> held);
+/// Prepares the problem of a World, `held` bodies where they are, with design variables `free`. The
+/// poses are those of the World.
+Problem make_problem(const World& world, std::span<const Entity> held,
+                     std::span<const DesignVariable> free = {});
 
 /// A pose of every body of a part, in its order.
 using Poses = std::vector<Pose>;
@@ -51,12 +55,14 @@ Real worst_of(const Part& part);
 Real slope_of(Part& part);
 
 /// Solves (J W J^T + damping D) lambda = -C and finds the step W J^T lambda, into
-/// scratch.solution. [Levenberg 1944, in dual form]
+/// scratch.solution, and that of the design variables. [Levenberg 1944, in dual form]
 void solve_step(Part& part, Real damping);
 /// The largest rotation of the step, rad.
 Real turn_of(const Part& part);
 /// Displaces all bodies by a fraction of the step.
 void move(Part& part, Real fraction);
+/// The same, and the design variables.
+void displace(World& world, Part& part, Real fraction);
 
 /// Writes the poses of a part to a World with the same bodies.
 void write_poses(const Part& part, World& world);

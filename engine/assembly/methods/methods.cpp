@@ -5,9 +5,10 @@ namespace pantin::detail::assembly {
 
 std::span<const Method> methods() {
   static constexpr Method kMethods[] = {
-      {"auto", "Levenberg-Marquardt, Gauss-Newton near the end", &descend_auto},
-      {"gauss-newton", "Gauss-Newton, rotations of at most 1 rad a step", &descend_gauss_newton},
-      {"lm", "Levenberg-Marquardt, monotone", &descend_levenberg},
+      {"auto", "Levenberg-Marquardt, Gauss-Newton near the end", &descend_auto, true},
+      {"gauss-newton", "Gauss-Newton, rotations of at most 1 rad a step", &descend_gauss_newton,
+       true},
+      {"lm", "Levenberg-Marquardt, monotone", &descend_levenberg, true},
       {"gradient", "gradient descent in quaternions, k = 0.1", &descend_gradient},
       {"gradient-safe", "the same with k from a bound of the eigenvalues",
        &descend_gradient_safely},

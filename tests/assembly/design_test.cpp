@@ -1,0 +1,263 @@
+// Design variables: numbers of laws that change with the poses, as little as possible.
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include "engine/joints/cable_path.hpp"
+#include "tests/assembly/mechanisms.hpp"
+
+using namespace pantin;
+using namespace pantin::test;
+using namespace pantin::detail::assembly;
+
+namespace {
+
+Entity add_rod(World& w, Entity a, Vec3 at_a, Entity b, Vec3 at_b, Real length, std::string name) {
+  Joint j;
+  j.kind = JointKind::distance;
+  j.anchor_a = at_a, j.anchor_b = at_b;
+  j.parameters.edit().length = length;
+  return add_link(w, {a, b, j}, std::move(name));
+}
+
+Real length_of(const World& w, Entity rod) { return w.links[rod].joint.parameters->length; }
+
+/// A point mass held by rods to points of the ground.
+struct Tripod {
+  World world;
+  Entity ground, tip;
+  std::vector<Entity> rods;
+
+  Tripod(const std::vector<Vec3>& feet, const std::vector<Real>& lengths, Vec3 at) {
+    ground = add_solid(world, {}, "ground", Motion::fixed);
+    tip = add_solid(world, {at}, "tip");
+    for (std::size_t i = 0; i < feet.size(); ++i)
+      rods.push_back(
+          add_rod(world, ground, feet[i], tip, Vec3(0), lengths[i], "rod" + std::to_string(i)));
+  }
+  AssemblyReport assemble_with(const std::vector<DesignVariable>& free) {
+    AssemblyChoices choices;
+    choices.free = free;
+    return assemble(world, choices);
+  }
+};
+
+DesignVariable length(Entity of) { return {of, Quantity::length}; }
+
+const std::vector<Vec3> kFeet = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0.5}};
+
+std::vector<Real> lengths_to(Vec3 at) {
+  std::vector<Real> lengths;
+  for (const Vec3 foot : kFeet) lengths.push_back(glm::distance(foot, at));
+  return lengths;
+}
+
+/// The largest error of G against central differences of the rows.
+Real error_of_slopes(const World& world, const DesignVariable& variable) {
+  Problem p = make_problem(world, {}, std::vector{variable});
+  REQUIRE(p.parts.size() == 1);
+  Part& part = p.parts[0];
+  const std::size_t n = part.design.numbers.size();
+  REQUIRE(n == numbers_of(variable.quantity));
+  // Off the start, where the rotation vector of an axis counts.
+  std::vector<Real> at(n);
+  for (std::size_t i = 0; i < n; ++i) at[i] = 0.02 + 0.03 * Real(i);
+  const auto rows_at = [&](const std::vector<Real>& numbers) {
+    set_design(p.world, part, numbers);
+    look(p.world, part);
+    return part.m.scratch.c;
+  };
+  rows_at(at);
+  const std::vector<Real> slopes = part.design.slopes;
+  Real worst = 0, most = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    constexpr Real h = 1e-5;
+    std::vector<Real> up = at, down = at;
+    up[i] += h, down[i] -= h;
+    const std::vector<Real> above = rows_at(up), below = rows_at(down);
+    for (std::size_t r = 0; r < part.m.rows; ++r) {
+      const Real found = slopes[i * part.m.rows + r];
+      most = std::max(most, std::abs(found));
+      worst = std::max(worst, std::abs(found - (above[r] - below[r]) / (2 * h)));
+    }
+  }
+  CHECK(most > 0.1);
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("design: a length that does not fit becomes the length that fits") {
+  const Vec3 at(0.4, 0.3, 1);
+  const std::vector<Real> fit = lengths_to(at);
+  for (std::size_t i = 0; i < 4; ++i) {
+    std::vector<Real> lengths = fit;
+    lengths[i] *= 0.99;
+    Tripod t(kFeet, lengths, at + Vec3(0.05, -0.1, 0.2));
+    CHECK_FALSE(t.assemble_with({}).assembled);
+    Tripod freed(kFeet, lengths, at + Vec3(0.05, -0.1, 0.2));
+    const AssemblyReport r = freed.assemble_with({length(freed.rods[i])});
+    REQUIRE(r.assembled);
+    CHECK(std::abs(length_of(freed.world, freed.rods[i]) - fit[i]) < 1e-11);
+    CHECK(glm::distance(freed.world.bodies[freed.tip].pose.position, at) < 1e-10);
+    REQUIRE(r.design.size() == 1);
+    CHECK(r.design[0].before.numbers.x == lengths[i]);
+    CHECK(r.design[0].after.numbers.x == length_of(freed.world, freed.rods[i]));
+    CHECK_FALSE(r.design[0].is_at_bound);
+  }
+}
+
+TEST_CASE("design: lengths that fit stay as they are, however far the start") {
+  const Vec3 at(0.4, 0.3, 1);
+  Tripod t(kFeet, lengths_to(at), Vec3(3, -2, 2));
+  std::vector<DesignVariable> free;
+  for (const Entity rod : t.rods) free.push_back(length(rod));
+  const AssemblyReport r = t.assemble_with(free);
+  REQUIRE(r.assembled);
+  for (const DesignChange& c : r.design)
+    CHECK(std::abs(c.after.numbers.x - c.before.numbers.x) < 1e-9);
+}
+
+TEST_CASE("design: two lengths share a change by their size") {
+  // Two rods from the left and from the right on a line of 2 m, 3 % too short together: a change d
+  // of each, relative to its length L, is least where L_1 d_1 + L_2 d_2 is given and d_i = k L_i.
+  for (const Real left : {1.0, 0.5}) {
+    const Real right = 2 - left;
+    World w;
+    const Entity ground = add_solid(w, {}, "ground", Motion::fixed);
+    const Entity slider = add_solid(w, {{left + 0.1, 0, 0}}, "slider");
+    join(w, {ground, slider, JointKind::prismatic, {left + 0.1, 0, 0}}, "rail");
+    const Entity one = add_rod(w, ground, {0, 0, 0}, slider, Vec3(0), 0.97 * left, "one");
+    const Entity two = add_rod(w, ground, {2, 0, 0}, slider, Vec3(0), 0.97 * right, "two");
+    AssemblyChoices choices;
+    choices.free = {length(one), length(two)};
+    const AssemblyReport r = assemble(w, choices);
+    REQUIRE(r.assembled);
+    const Real before[] = {0.97 * left, 0.97 * right}, missing = 2 - before[0] - before[1];
+    const Real squares = before[0] * before[0] + before[1] * before[1];
+    CHECK(std::abs(length_of(w, one) - before[0] * (1 + before[0] * missing / squares)) < 2e-9);
+    CHECK(std::abs(length_of(w, two) - before[1] * (1 + before[1] * missing / squares)) < 2e-9);
+  }
+}
+
+TEST_CASE("design: the change is the least of all closures") {
+  // Four rods whose lengths are all free: the tip may be anywhere, so the least change is that of
+  // the tip where sum (dL/L)^2 is least, found here by Newton's method on the tip alone.
+  const std::vector<Real> lengths = {1.2, 1.0, 1.15, 0.9};
+  Tripod t(kFeet, lengths, {0.4, 0.3, 1});
+  std::vector<DesignVariable> free;
+  for (const Entity rod : t.rods) free.push_back(length(rod));
+  REQUIRE(t.assemble_with(free).assembled);
+  const auto cost = [&](Vec3 x) {
+    Real sum = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const Real d = glm::distance(x, kFeet[i]) / lengths[i] - 1;
+      sum += d * d;
+    }
+    return sum;
+  };
+  const Vec3 tip = t.world.bodies[t.tip].pose.position;
+  constexpr Real h = 1e-4;
+  for (int i = 0; i < 3; ++i) {
+    Vec3 by(0);
+    by[i] = h;
+    CHECK(std::abs(cost(tip + by) - cost(tip - by)) / (2 * h) < 1e-7);
+    CHECK(cost(tip + 100.0 * by) > cost(tip));
+    CHECK(cost(tip - 100.0 * by) > cost(tip));
+  }
+  CHECK(cost(tip) > 1e-3);
+}
+
+TEST_CASE("design: bounds hold, and the other numbers make up for them") {
+  const Vec3 at(0.4, 0.3, 1);
+  std::vector<Real> lengths = lengths_to(at);
+  lengths[0] *= 0.95;
+  Tripod t(kFeet, lengths, at);
+  DesignVariable bounded = length(t.rods[0]);
+  bounded.most = lengths[0] * 1.01;
+  AssemblyReport r = t.assemble_with({bounded});
+  CHECK_FALSE(r.assembled);
+  REQUIRE(r.design.size() == 1);
+  CHECK(r.design[0].is_at_bound);
+  CHECK(length_of(t.world, t.rods[0]) == Approx(bounded.most).epsilon(1e-15));
+  Tripod both(kFeet, lengths, at);
+  r = both.assemble_with({bounded, length(both.rods[1])});
+  CHECK(r.assembled);
+  CHECK(length_of(both.world, both.rods[0]) <= bounded.most);
+  CHECK(std::abs(length_of(both.world, both.rods[1]) - lengths[1]) > 1e-3);
+}
+
+TEST_CASE("design: a four-bar linkage whose axis leans gets a parallel one") {
+  World w = polygon(3);
+  Link& l = w.links.values()[1];
+  const Entity hinge = w.links.owners()[1];
+  l.joint.frames.set_b(l.joint.frames.b() * from_rotation_vector({0, 0.2, 0.1}));
+  World stays = w;
+  CHECK_FALSE(assemble(stays, {}).assembled);
+  AssemblyChoices choices;
+  choices.free = {{hinge, Quantity::axis_b}};
+  REQUIRE(assemble(w, choices).assembled);
+  // Its axis is along z again, as that of all others, in a linkage of one degree of freedom.
+  const Link& freed = w.links[hinge];
+  const Vec3 axis = w.bodies[freed.b].pose.rotation * freed.joint.frames.b() * Vec3(1, 0, 0);
+  CHECK(glm::length(glm::cross(axis, Vec3(0, 0, 1))) < 1e-9);
+}
+
+TEST_CASE("design: an anchor moves to where the linkage closes") {
+  World w = polygon(3);
+  const Entity hinge = w.links.owners()[2];
+  // Along its axis, which no rotation makes up for. The axis of a body is not along its z.
+  const Vec3 along = w.links[hinge].joint.frames.a() * Vec3(1, 0, 0);
+  w.links[hinge].joint.anchor_a += 0.05 * along;
+  World stays = w;
+  CHECK_FALSE(assemble(stays, {}).assembled);
+  const Vec3 before = w.links[hinge].joint.anchor_a;
+  AssemblyChoices choices;
+  choices.free = {{hinge, Quantity::anchor_a}};
+  const AssemblyReport r = assemble(w, choices);
+  REQUIRE(r.assembled);
+  CHECK(r.mobility == 1);
+  CHECK(glm::distance(w.links[hinge].joint.anchor_a, before) == Approx(0.05).margin(1e-9));
+}
+
+TEST_CASE("design: derivatives are those of the rows") {
+  for (const Quantity q :
+       {Quantity::anchor_a, Quantity::anchor_b, Quantity::axis_a, Quantity::axis_b})
+    for (const World& w : {polygon(3), bricard(), bent(4)})
+      CHECK(error_of_slopes(w, {w.links.owners()[1], q}) < 1e-8);
+  const Tripod t(kFeet, {1.2, 1, 1.15, 0.9}, {0.4, 0.3, 1});
+  CHECK(error_of_slopes(t.world, length(t.rods[2])) < 1e-8);
+  // A cable over a pulley of a body that hangs on it, taut.
+  World w;
+  const Entity ground = add_solid(w, {}, "ground", Motion::fixed);
+  const Entity load = add_solid(w, {{0.5, -1, 0}, axes_along({1, 0.2, 0}, {0, 1, 0})}, "load");
+  CableParameters cable;
+  cable.anchor_a = {-1, 0, 0}, cable.anchor_b = {1.5, 0.3, 0}, cable.length = 1;
+  const Entity rope = add_cable(w, {ground, ground, cable}, "rope");
+  w.cables[rope].guides.push_back({load, {0.05, 0.1, 0}, {0, 0, 1}, 0.2});
+  w.cables[rope].guides.push_back({ground, {0.9, 0.2, 0}, {0, 0, -1}, 0.1});
+  for (const Quantity q : {Quantity::length, Quantity::anchor_a, Quantity::anchor_b})
+    CHECK(error_of_slopes(w, {rope, q}) < 1e-8);
+  for (const std::uint32_t guide : {0u, 1u})
+    CHECK(error_of_slopes(w, {rope, Quantity::radius, guide}) < 1e-8);
+}
+
+TEST_CASE("design: the result is the same bits each time, and by all Newton methods the same") {
+  std::vector<World> found;
+  for (const Method& m : methods()) {
+    if (!m.changes_design) continue;
+    for (int again = 0; again < 2; ++again) {
+      Tripod t(kFeet, {1.2, 1, 1.15, 0.9}, {0.4, 0.3, 1});
+      AssemblyChoices choices;
+      choices.method = &m;
+      choices.free = {length(t.rods[0]), length(t.rods[3])};
+      REQUIRE(assemble(t.world, choices).assembled);
+      found.push_back(t.world);
+    }
+  }
+  REQUIRE(found.size() == 6);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const Entity rod = found[i].links.owners()[0];
+    if (i % 2) CHECK(length_of(found[i], rod) == length_of(found[i - 1], rod));
+    CHECK(std::abs(length_of(found[i], rod) - length_of(found[0], rod)) < 1e-8);
+  }
+}
