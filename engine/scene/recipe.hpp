@@ -160,6 +160,12 @@ struct PoseRecipe {
   Pose pose;  // of the body's own frame, in the scene
 };
 
+/// A number of a joint or cable that assembly may change: "joints/3/length".
+struct FreeRecipe {
+  std::string of;
+  std::optional<Real> least, most;  // m
+};
+
 /// A plane at `offset` (m) along x, y or z.
 struct MirrorPlane {
   int axis = 0;  // 0: x, 1: y, 2: z
@@ -227,7 +233,8 @@ struct Group {
   std::vector<CableRecipe> cables;
   std::vector<PinRecipe> pins;
   std::vector<PathRecipe> paths;
-  std::vector<PoseRecipe> poses;  // of the scene itself only
+  std::vector<PoseRecipe> poses;  // of the scene itself only, like the next
+  std::vector<FreeRecipe> free;
   std::vector<InstanceRecipe> instances;
   std::vector<GridRecipe> grids;
   std::vector<ChainRecipe> chains;

@@ -208,5 +208,45 @@ Error error_of_joint(const std::string& path, std::string_view joint, const std:
   return files.errors().front();
 }
 
+Result<std::vector<SceneFree>> free_numbers(const std::string& file, const World& world,
+                                            const FurtherFree& further) {
+  const SceneLimits limits;
+  const Result<std::string> text = read_text(file, limits.bytes, "a scene file");
+  if (!text) return text.errors();
+  SceneFiles files(limits);
+  if (!files.open(file, *text).is_json()) return files.errors();
+  JsonPlaces places(files);
+  const Recipe recipe = read_recipe(files, places, limits);
+  const BuiltScene built = build_scene(recipe, places, limits);
+  if (files.any_errors()) return files.errors();
+  if (built.joints.size() != world.links.size() || built.cables.size() != world.cables.size())
+    return Error{file + ": the file has changed since it was read"};
+  std::vector<SceneFree> all;
+  const auto add = [&](const FreeRecipe& from, std::string& fault) {
+    const auto found = find_free(built, from, fault);
+    if (!found) return;
+    SceneFree one{from.of, found->variable, found->is_cable, {}};
+    const ElementId at =
+        found->is_cable ? built.cables[found->law].at : built.joints[found->law].at;
+    const ElementKind listed = found->is_cable ? ElementKind::string : ElementKind::joint;
+    if (at.kind == listed && at.group == 0) one.element = at.index;
+    one.variable.law =
+        found->is_cable ? world.cables.owners()[found->law] : world.links.owners()[found->law];
+    const bool is_new = std::none_of(all.begin(), all.end(), [&](const SceneFree& other) {
+      return other.variable.law == one.variable.law &&
+             other.variable.quantity == one.variable.quantity &&
+             other.variable.guide == one.variable.guide;
+    });
+    if (is_new) all.push_back(std::move(one));
+  };
+  std::string fault;
+  for (const FreeRecipe& from : recipe.top.free) add(from, fault);
+  for (const std::string& path : further.paths) {
+    add({path, {}, {}}, fault);
+    if (!fault.empty()) return Error{further.option + ": " + fault};
+  }
+  return all;
+}
+
 }  // namespace detail
 }  // namespace pantin

@@ -82,6 +82,7 @@ std::string scene_with(std::string_view what, const std::string& extra,
                 R"([{"b": {"body": "b"}, "a": {"body": "a", "surface": "s", )" + extra +
                     "}}], \"surfaces\": [{\"name\": \"s\", \"faces\": [{\"type\": \"sphere\", "
                     "\"radius\": 1}]}]");
+  if (what == "free_number") return part("free", "[{" + extra + "}]");
   if (what == "class") return part("classes", "[{" + extra + "}]");
   if (what == "defaults") return part("defaults", "{" + extra + "}");
   const auto of_class = [&](const std::string& key, const std::string& user) {

@@ -7,11 +7,14 @@
 
 #include "engine/scene/build/build_messages.hpp"
 #include "engine/scene/recipe.hpp"
+#include "engine/world/design.hpp"
 
 namespace pantin::detail {
 
 /// Denotes the world where the index of a body is expected.
 inline constexpr std::uint32_t kWorldBody = UINT32_MAX;
+
+struct BuiltScene;
 
 struct BuiltBody {
   std::string name;
@@ -87,6 +90,19 @@ struct BuiltPose {
   std::uint32_t body = 0;
   Pose pose;  // of its mass-centre frame
 };
+
+/// A design variable; its law is an element of BuiltScene::joints or cables.
+struct BuiltFree {
+  DesignVariable variable;  // entity is not set yet
+  bool is_cable = false;
+  std::uint32_t law = 0;
+};
+/// Finds the number that a path names; otherwise sets the fault, "found ..., expected ...".
+std::optional<BuiltFree> find_free(const BuiltScene& built, const FreeRecipe& recipe,
+                                   std::string& fault);
+/// Reports paths that name no number of an equation, and bounds that exclude its value.
+void check_free(const BuiltScene& built, const std::vector<FreeRecipe>& all,
+                BuildMessages& messages);
 
 /// The type of entity that an event acts on.
 enum class EventObject : std::uint8_t { none, body, joint, cable, pin, gear };

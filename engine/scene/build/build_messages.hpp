@@ -25,7 +25,8 @@ enum class ElementKind : std::uint8_t {
   mirror,
   surface_joint,
   event,
-  pose
+  pose,
+  free
 };
 
 /// One element of a recipe.

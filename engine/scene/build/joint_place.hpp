@@ -1,10 +1,12 @@
 #pragma once
-/// The position of joints in a scene file, for errors found after it was read.
+/// Elements of a scene file, found after it was read.
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "engine/base/result.hpp"
+#include "engine/world/design.hpp"
 
 namespace pantin::detail {
 
@@ -12,5 +14,23 @@ namespace pantin::detail {
 /// that it was built from, then the message. Reads the file again; without a position if the file
 /// has changed.
 Error error_of_joint(const std::string& path, std::string_view joint, const std::string& message);
+
+/// A design variable of a scene.
+struct SceneFree {
+  std::string path;  // as written: "joints/3/length"
+  DesignVariable variable;
+  bool is_cable = false;
+  // Its element in the list of the file; none: it comes from a prefab or generator.
+  std::optional<std::uint32_t> element;
+};
+
+/// The design variables of a scene that was read from a file, and of further paths, whose errors
+/// begin with `option`. Reads the file again.
+struct FurtherFree {
+  std::string option;
+  std::vector<std::string> paths;
+};
+Result<std::vector<SceneFree>> free_numbers(const std::string& file, const World& world,
+                                            const FurtherFree& further);
 
 }  // namespace pantin::detail

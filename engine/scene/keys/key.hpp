@@ -64,7 +64,8 @@ enum class ValueType : std::uint8_t {
   object,            // of the kind Key::object
   objects,           // an array of them
   object_or_flag,
-  object_or_reference
+  object_or_reference,
+  objects_or_references
 };
 
 struct JointKindInfo;

@@ -18,14 +18,14 @@ struct SizeKey;
 
 namespace keys {
 
-#define PANTIN_OBJECTS                                                                            \
-  scene, solver, material, material_pair, defaults, object_class, body_class, joint_class,        \
-      cable_class, pin_class, body, collision, joint, limits, soft, spring, friction, motor, dof, \
-      gear, belt, belt_pulley, surface_joint, surface_side, joint_drive, pose_key, cable_guide,   \
-      cable, pin, keyframe, pose, prefab, instance, generators, lamina, finger, chain, grid,      \
-      stairs, mirror, camera, light, ground, output, surface, nurbs_face, plane_face,             \
-      cylinder_face, cone_face, sphere_face, ellipsoid_face, torus_face, revolution_face,         \
-      extrusion_face, sweep_face, interpolation_face, nurbs_curve, line_curve, arc_curve,         \
+#define PANTIN_OBJECTS                                                                             \
+  scene, solver, material, material_pair, defaults, object_class, body_class, joint_class,         \
+      cable_class, pin_class, body, collision, joint, limits, soft, spring, friction, motor, dof,  \
+      gear, belt, belt_pulley, surface_joint, surface_side, joint_drive, pose_key, cable_guide,    \
+      cable, pin, keyframe, pose, free_number, prefab, instance, generators, lamina, finger,       \
+      chain, grid, stairs, mirror, camera, light, ground, output, surface, nurbs_face, plane_face, \
+      cylinder_face, cone_face, sphere_face, ellipsoid_face, torus_face, revolution_face,          \
+      extrusion_face, sweep_face, interpolation_face, nurbs_curve, line_curve, arc_curve,          \
       circle_curve, ellipse_curve, interpolation_curve, outline_curve, joined_curve
 
 /// All kinds of objects except shapes, paths and events.

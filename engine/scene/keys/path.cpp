@@ -31,6 +31,16 @@ constexpr Key kPose[] = {
     kRotationDeg,
 };
 
+constexpr Key kFreeNumber[] = {
+    needed_reference<&FreeRecipe::of>(
+        "of", "a path such as \"joints/3/length\"",
+        "joints/WHICH/KEY with the key length (of a distance), anchor_a, anchor_b, axis_a or "
+        "axis_b; cables/WHICH/KEY with length, anchor_a, anchor_b or over/NUMBER/radius. WHICH is "
+        "a number, from 0, or a name."),
+    number<&FreeRecipe::least>("min", "m", kNotNegative, "Least value of a length or radius."),
+    number<&FreeRecipe::most>("max", "m", kNotNegative, "Greatest value of a length or radius."),
+};
+
 constexpr std::string_view kKinematicBody = "the name of a kinematic body";
 
 struct Ignore {
@@ -189,6 +199,11 @@ void read_curve(const Reading& reading, const Reader& from, std::variant<Kinds..
 constinit const KeySet keys::keyframe{"keyframe", "A pose at a time.", kKeyframe};
 
 constinit const KeySet keys::pose{"pose", "The pose of a body at the start.", kPose};
+
+constinit const KeySet keys::free_number{
+    "free_number",
+    "A number that assembly may change, within bounds; a text stands for one without bounds.",
+    kFreeNumber};
 
 std::span<const KeySet> path_key_sets() { return table().sets; }
 

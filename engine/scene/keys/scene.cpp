@@ -31,6 +31,10 @@ constexpr Key kPoses = objects(
     "Poses of bodies at the start, given once everything else is built: joints, cables and other "
     "ties keep what follows from the poses of the bodies themselves. `pantin assemble --out` "
     "writes them.");
+constexpr Key kFree = of_object(
+    "free", ValueType::objects_or_references, "free_number",
+    "Numbers of joints and cables that `pantin assemble` may change together with the poses, as "
+    "little as possible: \"joints/3/length\".");
 constexpr Key kInstances = objects("instances", "instance", "Copies of prefabs.");
 constexpr Key kGenerators =
     object("generators", "generators", "Generators of chains, grids, stairs and mirror images.");
@@ -79,6 +83,7 @@ constexpr Key kScene[] = {
     kPins,
     kPaths,
     kPoses,
+    kFree,
     kInstances,
     kGenerators,
     objects("laminas", "lamina",

@@ -160,6 +160,8 @@ std::string value_of(const Key& key) {
       return either_of(kFlag, object);
     case ValueType::object_or_reference:
       return either_of(kSomeText, object);
+    case ValueType::objects_or_references:
+      return array_of(either_of(kSomeText, object));
     default:  // types made of numbers
       return numeric(key);
   }

@@ -26,7 +26,7 @@ class JsonPlaces final : public BuildMessages {
   Hints& hints() override { return files_.first().diagnostics.hints; }
 
  private:
-  static constexpr std::size_t kKinds = static_cast<std::size_t>(ElementKind::pose) + 1;
+  static constexpr std::size_t kKinds = static_cast<std::size_t>(ElementKind::free) + 1;
   struct GroupPlaces {
     SceneFile* file = nullptr;
     std::array<std::vector<NodeId>, kKinds> nodes;

@@ -32,6 +32,23 @@ struct OpenGroup {
   }
 };
 
+/// Reads "free": paths, or objects with bounds.
+void read_free(const OpenGroup& open, const Reader& from) {
+  const Reading& reading = open.reading;
+  for (const NodeId node : from.items("free")) {
+    std::optional<FreeRecipe> item;
+    if (reading.json[node].kind == JsonKind::string)
+      item = FreeRecipe{std::string(reading.json[node].text), {}, {}};
+    else if (reading.json[node].kind == JsonKind::object)
+      item = read_object<FreeRecipe>(reading, node, from.row("free").object);
+    else
+      reading.diagnostics.error_value(node, "a path such as \"joints/3/length\", or an object");
+    if (!item) continue;
+    open.group.free.push_back(std::move(*item));
+    open.note(ElementKind::free, node);
+  }
+}
+
 void read_generators(const OpenGroup& open, const Reader& outer) {
   const NodeId node = outer.find("generators");
   if (node == kNoNode) return;
@@ -156,6 +173,7 @@ void read_group(const OpenGroup& open, const Reader& from) {
   open.read_all(from, "paths", ElementKind::drive, group.paths);
   open.read_all(from, "instances", ElementKind::instance, group.instances);
   if (open.number == 0) open.read_all(from, "poses", ElementKind::pose, group.poses);
+  if (open.number == 0) read_free(open, from);
   for (NodeId node : from.items("events"))
     if (auto event = open.number == 0 ? read_event(open.reading, node)
                                       : read_event_of_prefab(open.reading, node)) {
