@@ -143,5 +143,151 @@ class Assemble(unittest.TestCase):
                 self.assertIn(word, done.stderr)
 
 
+# A frame of rods whose last one is 1 % too short, and a rope over two pulleys.
+FRAME = """{
+  "version": 1, "drift_bound": 1e-6, "solver": {"type": "lagrangian"},
+  "bodies": [{"name": "tip", "position": [0.4, 0.3, 1], "mass": 1,
+              "shape": {"type": "box", "size": [0.2, 0.1, 0.1], "position": [0.05, 0.02, 0]}}],
+  "joints": [
+    {"name": "one", "kind": "distance", "a": "world", "b": "tip", "point_a": [0, 0, 0]},
+    {"name": "two", "kind": "distance", "a": "world", "b": "tip", "point_a": [1, 0, 0]},
+    {"name": "three", "kind": "distance", "a": "world", "b": "tip", "point_a": [0, 1, 0]},
+    {"name": "four", "kind": "distance", "a": "world", "b": "tip", "point_a": [1, 1, 0.5],
+     // 1 %% too short.
+     "length": %(short)r}]%(more)s
+}
+"""
+FITS = math.sqrt(0.6 ** 2 + 0.7 ** 2 + 0.5 ** 2)
+
+
+class Design(unittest.TestCase):
+    def setUp(self):
+        self.kept = tempfile.TemporaryDirectory()
+        self.folder = pathlib.Path(self.kept.name)
+        self.scene = self.folder / "frame.json5"
+        self.out = self.folder / "out.json5"
+        self.write("")
+
+    def tearDown(self):
+        self.kept.cleanup()
+
+    def write(self, more, short=0.99 * FITS):
+        self.scene.write_text(FRAME % {"short": short, "more": more})
+
+    def told(self, *arguments, code=0):
+        done = pantin("assemble", self.scene, *arguments, "--json")
+        self.assertEqual(done.returncode, code, done.stderr)
+        return json.loads(done.stdout)
+
+    def is_closed(self):
+        """What was written is closed as it is, without freedom to change it."""
+        done = pantin("assemble", self.out, "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        again = json.loads(done.stdout)
+        self.assertLess(again["residual"], 1e-12)
+        self.assertLess(again["moved_m"], 1e-9)
+        for change in again["design"]:
+            self.assertEqual(change["before"], change["after"])
+        checked = pantin("check", self.out)
+        self.assertEqual(checked.returncode, 0, checked.stderr)
+
+    def test_a_length_that_does_not_fit_becomes_the_one_that_fits(self):
+        self.told(code=3)
+        told = self.told("--free", "joints/3/length", "--out", self.out)
+        change, = told["design"]
+        self.assertEqual((change["of"], change["law"], change["in_file"]),
+                         ("joints/3/length", "four", True))
+        self.assertEqual(change["before"], 0.99 * FITS)
+        self.assertLess(abs(change["after"] - FITS), 1e-11)
+        self.assertIn("// 1 % too short.", self.out.read_text())
+        self.is_closed()
+        said = pantin("assemble", self.scene, "--free", "joints/four/length")
+        self.assertIn("joints/four/length 1.0383", said.stdout)
+
+    def test_the_scene_frees_numbers_within_bounds(self):
+        self.write(', "free": [{"of": "joints/four/length", "min": 0.5, "max": %r}]' % (0.991 * FITS))
+        done = pantin("assemble", self.scene)
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("at a bound: joints/four/length", done.stderr)
+        self.assertIn("(at its bound)", done.stdout)
+        told = self.told("--free", "joints/0/anchor_a", "--out", self.out)
+        self.assertTrue(told["design"][0]["at_bound"])
+        self.assertEqual(told["design"][0]["after"], 0.991 * FITS)
+        self.assertEqual(len(told["design"][1]["after"]), 3)
+        self.assertNotEqual(told["design"][1]["after"], told["design"][1]["before"])
+        self.assertIn('"anchor_a"', self.out.read_text())
+        self.is_closed()
+
+    def test_bodies_with_a_mass_centre_of_their_own_keep_their_anchors(self):
+        told = self.told("--free", "joints/four/anchor_b", "--out", self.out)
+        before = told["design"][0]["before"]
+        self.assertEqual(before, [0, 0, 0])
+        self.is_closed()
+
+    def test_an_axis_that_leans_becomes_parallel(self):
+        self.scene = self.folder / "leans.json5"
+        leans = APART.replace('"version": 1,', '"version": 1, "drift_bound": 1e-9,')
+        leans %= {"axes": AXES, "more": ""}
+        first = leans.index('"name": "C"')
+        self.scene.write_text(leans[:first] + leans[first:].replace(
+            AXES, '"axis_a": [0.1, 0.2, 1], "across_a": [1, 0, 0], "axis_b": [0, 0, 1], '
+                  '"across_b": [1, 0, 0]', 1))
+        self.told(code=3)
+        told = self.told("--free", "joints/C/axis_a", "--out", self.out)
+        axis = told["design"][0]["after"]
+        self.assertLess(math.hypot(axis[0], axis[1]), 1e-9)
+        self.is_closed()
+
+    def test_a_rope_over_pulleys_gets_radius_and_length(self):
+        rope = ''', "cables": [{"name": "rope", "a": "world", "b": "world", "point_a": [-1, 0.3, 2],
+            "point_b": [2, 0.3, 2], "slack": 0.99, "over": [{"body": "tip", "radius": 0.1,
+            "axis": [0, -1, 0]}]}], "free": ["cables/0/%s"]'''
+        for number in ("length", "over/0/radius", "anchor_a"):
+            with self.subTest(number):
+                self.write(rope % number, short=FITS)
+                told = self.told("--out", self.out)
+                self.assertNotEqual(told["design"][0]["after"], told["design"][0]["before"])
+                self.assertNotIn("slack", self.out.read_text())
+                self.is_closed()
+
+    def test_numbers_of_generators_change_but_are_not_written(self):
+        more = ''', "generators": {"chains": [{"name": "chain", "links": 2, "length": 0.5,
+            "start": [5, 0, 0], "attach": "world", "end_attach": "world", "shape": {"type": "capsule", "radius": 0.02,
+            "length": 0.4}}]}'''
+        self.write(more)
+        done = pantin("assemble", self.scene, "--free", "joints/chain/0-1/anchor_a", "--free",
+                      "joints/3/length", "--out", self.out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("warning: ", done.stderr)
+        self.assertIn('"joints/chain/0-1/anchor_a" in a prefab or generator', done.stderr)
+        self.assertEqual(done.stderr.count("\n"), 1)
+
+    def test_bad_paths_are_refused_where_they_stand(self):
+        for free, words in (
+                ('"joints/9/length"', 'found "joints/9/length", expected in place of "9" the number'),
+                ('"joints/fuor/length"', 'nearest is "four"'),
+                ('"bodies/0/mass"', 'expected a path such as "joints/3/length"'),
+                ('"joints/0/mass"', 'expected a path such as'),
+                ('"joints/0/axis_a"', 'expected an axis of a joint that has one'),
+                ('3', 'found 3, expected a path such as'),
+                ('{"of": "joints/0/length", "min": 5}', 'expected bounds that its value, 1.118'),
+                ('{"of": "joints/0/length", "min": 2, "max": 1}', 'expected a "min" of at most "max"'),
+                ('{"of": "joints/0/anchor_a", "max": 1}', 'beside a length or a radius only'),
+                ('{"min": 1}', 'found no "of"')):
+            with self.subTest(free):
+                self.write(',\n  "free": [' + free + ']')
+                done = pantin("check", self.scene)
+                self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
+                self.assertIn(words, done.stderr)
+                self.assertIn("frame.json5:12:", done.stderr)
+        self.write("")
+        done = pantin("assemble", self.scene, "--free", "joints/9/length")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn('--free: found "joints/9/length"', done.stderr)
+        done = pantin("assemble", self.scene, "--free", "joints/3/length", "--method", "gradient")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("expected auto, gauss-newton or lm", done.stderr)
+
+
 if __name__ == "__main__":
     unittest.main()

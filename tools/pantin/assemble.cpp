@@ -33,7 +33,7 @@ constexpr std::size_t kMostTold = 8;
 
 struct AssembleChoices {
   std::string scene, method = "auto", out, trace;
-  std::vector<std::string> hold;
+  std::vector<std::string> hold, free;
   double tolerance = 1e-12;
   std::optional<double> scatter;
   int iterations = 400, starts = 24, seed = 1, trials = 0, threads = 1;
@@ -52,6 +52,7 @@ struct Assembled {
   const AssembleChoices& c;
   Scene& scene;
   World start;
+  std::vector<SceneFree> free;
   AssemblyReport report;
   std::vector<TraceRow> trace;
   std::vector<std::vector<Pose>> shown;  // for pictures: of all bodies, by iteration
@@ -90,12 +91,30 @@ std::optional<std::vector<Entity>> held_bodies(const World& world,
   return held;
 }
 
-AssemblyChoices choices_of(const AssembleChoices& c, std::vector<Entity> held) {
+/// The design variables of the scene and of --free.
+std::optional<std::vector<SceneFree>> free_of(const AssembleChoices& c, const Scene& scene) {
+  auto found = free_numbers(c.scene, scene.world, {"--free", c.free});
+  if (!found) {
+    for (const Error& e : found.errors()) print_error(e.message);
+    return std::nullopt;
+  }
+  if (found->empty() || method_of(c.method)->changes_design) return *found;
+  std::vector<std::string_view> able;
+  for (const Method& m : methods())
+    if (m.changes_design) able.push_back(m.name);
+  complain(fmt::format("--method: found \"{}\", which changes no design variables, expected {}",
+                       c.method, listed(able)));
+  return std::nullopt;
+}
+
+AssemblyChoices choices_of(const AssembleChoices& c, std::vector<Entity> held,
+                           const std::vector<SceneFree>& free) {
   AssemblyChoices choices;
   choices.method = method_of(c.method);
   choices.effort = {c.tolerance, c.iterations, c.threads};
   choices.held = std::move(held), choices.starts = c.starts;
   choices.seed = static_cast<std::uint64_t>(c.seed);
+  for (const SceneFree& f : free) choices.free.push_back(f.variable);
   return choices;
 }
 
@@ -134,6 +153,7 @@ Json to_json(const Assembled& a) {
   j["turned_over"] = r.turned_over, j["brought_into_contact"] = r.brought;
   j["bodies"] = r.bodies, j["rows"] = r.rows, j["rank"] = r.rank, j["mobility"] = r.mobility;
   j["moved_m"] = r.moved, j["turned_rad"] = r.turned, j["seconds"] = a.seconds;
+  j["design"] = design_to_json(w, a.free, r.design);
   j["residuals"] = Json::array();
   for (const LawResidual& l : r.residuals)
     j["residuals"].push_back(
@@ -173,6 +193,8 @@ void print_report(const Assembled& a) {
   std::vector<std::string> redundant, residuals;
   for (const RedundantLaw& l : r.redundant)
     redundant.push_back(fmt::format("{} ({})", w.name_of(l.law), l.rows));
+  for (std::size_t i = 0; i < std::min(a.free.size(), r.design.size()); ++i)
+    fmt::print("  design      {}\n", printable(words_of(w, a.free[i], r.design[i])));
   print_list("redundant", redundant);
   print_list("at limits", names_of(w, r.reached_limits));
   print_list("opposed", names_of(w, r.wrong_branch));
@@ -188,9 +210,14 @@ void print_report(const Assembled& a) {
 /// Why a scene could not be assembled.
 std::string words_of_failure(const Assembled& a) {
   const std::vector<std::string> names = names_of(a.scene.world, a.report.contradictory);
+  std::vector<std::string> bounded;
+  for (std::size_t i = 0; i < std::min(a.free.size(), a.report.design.size()); ++i)
+    if (a.report.design[i].is_at_bound) bounded.push_back(a.free[i].path);
+  const std::string at_bounds =
+      bounded.empty() ? "" : fmt::format("; at a bound: {}", fmt::join(bounded, ", "));
   if (!names.empty())
-    return fmt::format("found a contradiction of {}, expected laws that can hold together",
-                       fmt::join(names, ", "));
+    return fmt::format("found a contradiction of {}, expected laws that can hold together{}",
+                       fmt::join(names, ", "), at_bounds);
   return fmt::format(
       "found a residual of {:.3g} after {} iterations of {}, expected at most {:g}; "
       "the laws do not contradict one another",
@@ -240,7 +267,14 @@ int write_scene(const Assembled& a) {
     for (const Error& e : text.errors()) print_error(e.message);
     return kUsage;
   }
-  const auto written = with_poses(*text, a.start, a.scene.world);
+  for (const SceneFree& f : a.free)
+    if (!f.element)
+      print_error(fmt::format(
+          "warning: {}: found {} in a prefab or generator, expected it in the scene itself: it "
+          "is not written",
+          a.c.scene, quoted_name(f.path)));
+  const auto written =
+      with_poses(with_design(*text, a.scene.world, a.free), a.start, a.scene.world);
   if (!written) {
     for (const Error& e : written.errors()) print_error(a.c.scene + ": " + e.message);
     return kUsage;
@@ -265,7 +299,8 @@ std::string stray_folder(const AssembleChoices& c, const Scene& scene) {
 }
 
 /// Assembles from many random starts and tells the share and the iterations.
-int try_often(const AssembleChoices& c, const Scene& scene, const std::vector<Entity>& held) {
+int try_often(const AssembleChoices& c, const Scene& scene, const std::vector<Entity>& held,
+              const std::vector<SceneFree>& free) {
   std::vector<double> iterations, seconds;
   int assembled = 0, at_once = 0;
   Json failed = Json::array();
@@ -274,7 +309,7 @@ int try_often(const AssembleChoices& c, const Scene& scene, const std::vector<En
     World world = scene.world;
     scatter(world, static_cast<std::uint64_t>(c.seed) + static_cast<std::uint64_t>(i),
             c.scatter.value_or(1), held);
-    AssemblyChoices choices = choices_of(c, held);
+    AssemblyChoices choices = choices_of(c, held, free);
     choices.finds_contradictions = false;
     const Clock::time_point begin = Clock::now();
     const AssemblyReport r = assemble(world, choices);
@@ -319,14 +354,16 @@ int assemble_scene(const AssembleChoices& c) {
   Scene& scene = *loaded;
   const auto held = held_bodies(scene.world, c.hold);
   if (!held) return kUsage;
+  const auto free = free_of(c, scene);
+  if (!free) return kUsage;
   if (const std::string stray = stray_folder(c, scene); !stray.empty()) {
     complain(stray);
     return kUsage;
   }
-  if (c.trials > 0) return try_often(c, scene, *held);
-  Assembled a{c, scene, scene.world, {}, {}, {}, 0};
+  if (c.trials > 0) return try_often(c, scene, *held, *free);
+  Assembled a{c, scene, scene.world, *free, {}, {}, {}, 0};
   if (c.scatter) scatter(scene.world, static_cast<std::uint64_t>(c.seed), *c.scatter, *held);
-  run_once(a, choices_of(c, *held));
+  run_once(a, choices_of(c, *held, *free));
   if (c.json)
     print_json(to_json(a));
   else
@@ -350,10 +387,16 @@ If the laws contradict one another, the bodies end in the pose of least squares.
 the residuals by joint, the largest first, and a set of laws that cannot hold together, each of
 which is needed for that: without any one of them the others can hold.
 
+Design variables, the numbers of "free" in the scene and of --free, are solved for together with the
+poses: lengths of distance joints and cables, anchors, axes of joints, radii of pulleys. They change
+as little as possible, relative to their size, so that parts that do not fit get the lengths that
+fit. --out writes them where the scene has them.
+
 Examples:
   pantin assemble assets/scenes/stewart.json --scatter 1 --out out/stewart.json
   pantin assemble assets/scenes/four_bar.json --scatter 1 --trace out/trace.csv --method gradient
   pantin assemble assets/scenes/stewart.json --scatter 1 --trials 1000
+  pantin assemble frame.json --free joints/strut/length --out out/frame.json
   pantin assemble assets/scenes/marionette.json --scatter 0.3 --video out/assembled.mp4
 
 --out writes the scene with "poses", in full precision; it loads and checks. --trace writes
@@ -362,8 +405,8 @@ damping, one row an iteration.
 
 --json prints scene, title, status, method, tolerance, residual, iterations, restarts,
 perturbations, seed, turned_over (bodies turned off a spurious branch), brought_into_contact,
-bodies, rows, rank, mobility (degrees of freedom left), moved_m, turned_rad, seconds, residuals,
-redundant, wrong_branch, at_limits and contradictory.
+bodies, rows, rank, mobility (degrees of freedom left), moved_m, turned_rad, seconds, design (of,
+law, before, after, at_bound, in_file), residuals, redundant, wrong_branch, at_limits and contradictory.
 
 Exit codes: 0 assembled, 2 usage or bad input, 3 cannot be assembled, 4 could not write.)";
 
@@ -386,6 +429,12 @@ void add_assemble(CommandLine& program) {
       .option("--hold", c->hold,
               "name of a body that stays where it is, or of a chain or instance; may be repeated")
       .type("NAME")
+      .one_at_a_time();
+  command
+      .option("--free", c->free,
+              "number that may change too: joints/3/length; besides \"free\" of the scene; may be "
+              "repeated")
+      .type("PATH")
       .one_at_a_time();
   command.option("--iterations", c->iterations, "at most, for one start, 400 by default")
       .within(1, 1000000);

@@ -1,9 +1,13 @@
 #pragma once
-// Poses of a scene written into its file.
+// Poses and design variables of a scene written into its file.
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 
+#include "engine/assembly/assemble.hpp"
 #include "engine/base/result.hpp"
+#include "engine/scene/build/joint_place.hpp"
+#include "engine/scene/json/json.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin::program {
@@ -13,5 +17,19 @@ using namespace detail;
 /// The text of a scene file with the poses of a World as its "poses": of bodies that are not where
 /// `start` has them, or whose pose the file gives there already. Comments and all other keys stay.
 Result<std::string> with_poses(std::string_view text, const World& start, const World& world);
+
+/// The text of a scene file with the design variables of a World. Those from prefabs and generators
+/// stay.
+std::string with_design(std::string_view text, const World& world,
+                        const std::vector<SceneFree>& free);
+
+/// The end of a value in the text of a document.
+std::size_t end_of_member(const JsonDocument& json, NodeId value);
+
+/// "joints/3/length 0.3 -> 0.303"
+std::string words_of(const World& world, const SceneFree& free,
+                     const assembly::DesignChange& change);
+nlohmann::json design_to_json(const World& world, const std::vector<SceneFree>& free,
+                              const std::vector<assembly::DesignChange>& changes);
 
 }  // namespace pantin::program

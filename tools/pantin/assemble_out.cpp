@@ -54,6 +54,14 @@ std::vector<std::string> listed_bodies(const JsonDocument& json, NodeId poses) {
 
 }  // namespace
 
+std::size_t end_of_member(const JsonDocument& json, NodeId value) {
+  const JsonNode& node = json[value];
+  if (node.kind == JsonKind::array || node.kind == JsonKind::object)
+    return end_of_value(json.text, node.offset);
+  if (node.kind == JsonKind::string) return end_of_string(json.text, node.offset);
+  return json.text.find_first_of(", \t\r\n}]/", node.offset);
+}
+
 Result<std::string> with_poses(std::string_view text, const World& start, const World& world) {
   JsonLimits limits;
   limits.style = JsonStyle::json5;
@@ -86,11 +94,7 @@ Result<std::string> with_poses(std::string_view text, const World& start, const 
     const std::size_t close = end_of_value(text, json[0].offset) - 1;
     NodeId last = json[0].first_child;
     while (json[last].next != kNoNode) last = json[last].next;
-    const bool nests = json[last].kind == JsonKind::array || json[last].kind == JsonKind::object;
-    const std::size_t end = nests ? end_of_value(text, json[last].offset)
-                            : json[last].kind == JsonKind::string
-                                ? end_of_string(text, json[last].offset)
-                                : text.find_first_of(", \t\r\n}/", json[last].offset);
+    const std::size_t end = end_of_member(json, last);
     std::size_t at = end;
     while (at < close && text[at] != ',') {
       const std::size_t comment = end_of_comment(text, at);

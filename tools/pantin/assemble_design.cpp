@@ -1,0 +1,192 @@
+// Design variables of `pantin assemble`: their values in the units of scene files, and in the file.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "engine/joints/kinds.hpp"
+#include "engine/scene/json/json.hpp"
+#include "engine/scene/json/words.hpp"
+#include "tools/pantin/assemble.hpp"
+
+namespace pantin::program {
+namespace {
+
+/// The body of an end of a joint or cable, and the frame that the scene places it by.
+struct End {
+  const World& world;
+  Entity body;
+
+  Pose origin() const {
+    const Pose* found = world.origins.find(body);
+    return found ? *found : Pose{};
+  }
+  Vec3 point(Vec3 anchor) const { return to_local(origin(), anchor); }
+  Vec3 direction(Vec3 d) const { return glm::conjugate(origin().rotation) * d; }
+};
+
+enum class Side { a, b };
+Side side_of(Quantity q) {
+  return q == Quantity::anchor_b || q == Quantity::axis_b ? Side::b : Side::a;
+}
+
+End end_of(const World& world, const DesignVariable& v, Side side) {
+  const bool of_b = side == Side::b;
+  if (const Link* link = world.links.find(v.law)) return {world, of_b ? link->b : link->a};
+  const Cable& cable = world.cables[v.law];
+  return {world, of_b ? cable.b : cable.a};
+}
+
+std::string vector_text(Vec3 v) { return fmt::format("[{}, {}, {}]", v.x, v.y, v.z); }
+
+/// The members of the element that change, and those that would contradict them.
+struct Members {
+  std::vector<std::pair<std::string, std::string>> set;  // key and value
+  std::vector<std::string> removed;
+};
+
+/// Anchors are written on both sides, since one that is absent follows from the other. So are axes.
+Members members_of(const World& world, const SceneFree& f) {
+  const DesignVariable& v = f.variable;
+  const End a = end_of(world, v, Side::a), b = end_of(world, v, Side::b);
+  const Link* link = world.links.find(v.law);
+  const Cable* cable = world.cables.find(v.law);
+  Members m;
+  const Real length = link ? link->joint.parameters->length : cable->joint.length;
+  if (cable || link->joint.kind == JointKind::distance) {
+    m.set.emplace_back("length", fmt::format("{}", length));
+    m.removed = {"slack"};
+  }
+  if (v.quantity == Quantity::anchor_a || v.quantity == Quantity::anchor_b) {
+    const auto& [at_a, at_b] = link ? std::pair(link->joint.anchor_a, link->joint.anchor_b)
+                                    : std::pair(cable->joint.anchor_a, cable->joint.anchor_b);
+    m.set.emplace_back("anchor_a", vector_text(a.point(at_a)));
+    m.set.emplace_back("anchor_b", vector_text(b.point(at_b)));
+    m.removed.insert(m.removed.end(), {"anchor", "point_a", "point_b"});
+  }
+  if (v.quantity == Quantity::axis_a || v.quantity == Quantity::axis_b) {
+    const auto add = [&](const char* side, const End& end, Quat axes) {
+      m.set.emplace_back(fmt::format("axis_{}", side),
+                         vector_text(end.direction(axes * Vec3(1, 0, 0))));
+      m.set.emplace_back(fmt::format("across_{}", side),
+                         vector_text(end.direction(axes * Vec3(0, 1, 0))));
+    };
+    add("a", a, link->joint.frames.a()), add("b", b, link->joint.frames.b());
+    m.removed = {"axis", "across", "rest", "rest_deg"};
+  }
+  return m;
+}
+
+/// Where a member stands: in the joint or cable itself, or in its guide.
+enum class Place { law, guide };
+
+/// The element of a joint, cable or guide in a scene.
+NodeId element_of(const JsonDocument& json, const SceneFree& f, Place place) {
+  NodeId list = json.member(0, f.is_cable ? "cables" : "joints");
+  if (list == kNoNode && f.is_cable) list = json.member(0, "strings");
+  const auto item = [&](NodeId array, std::uint32_t number) {
+    NodeId at = array == kNoNode ? kNoNode : json[array].first_child;
+    for (; at != kNoNode && number > 0; --number) at = json[at].next;
+    return at;
+  };
+  const NodeId element = item(list, *f.element);
+  if (place == Place::law || element == kNoNode) return element;
+  return item(json.member(element, "over"), f.variable.guide);
+}
+
+JsonDocument parsed(std::string_view text) {
+  JsonLimits limits;
+  limits.style = JsonStyle::json5;
+  return parse_json(text, limits);
+}
+
+void set_member(std::string& text, const SceneFree& f, Place place,
+                const std::pair<std::string, std::string>& member) {
+  const std::string before = text;
+  const JsonDocument json = parsed(before);
+  const NodeId element = element_of(json, f, place);
+  if (element == kNoNode) return;
+  const auto& [key, value] = member;
+  const NodeId old = json.member(element, key);
+  if (old == kNoNode) {
+    text.insert(json[element].offset + 1, fmt::format("\"{}\": {}, ", key, value));
+    return;
+  }
+  const std::size_t from = json[old].offset;
+  text.replace(from, end_of_member(json, old) - from, value);
+}
+
+void remove_member(std::string& text, const SceneFree& f, const std::string& key) {
+  const std::string before = text;
+  const JsonDocument json = parsed(before);
+  const NodeId element = element_of(json, f, Place::law);
+  const NodeId old = element == kNoNode ? kNoNode : json.member(element, key);
+  if (old == kNoNode) return;
+  // With the comma behind it, or else that before it, which is behind the member before.
+  std::size_t from = json[old].key_offset, to = end_of_member(json, old);
+  if (json[old].next != kNoNode) {
+    to = json[json[old].next].key_offset;
+  } else {
+    NodeId last = json[element].first_child;
+    while (json[last].next != old && json[last].next != kNoNode) last = json[last].next;
+    from = end_of_member(json, last);
+  }
+  text.erase(from, to - from);
+}
+
+std::vector<double> shown_value(const World& world, const DesignVariable& v,
+                                const DesignValue& value) {
+  if (is_size(v.quantity)) return {value.numbers.x};
+  const End end = end_of(world, v, side_of(v.quantity));
+  const bool is_axis = v.quantity == Quantity::axis_a || v.quantity == Quantity::axis_b;
+  const Vec3 x = is_axis ? end.direction(value.axes * Vec3(1, 0, 0)) : end.point(value.numbers);
+  return {x.x, x.y, x.z};
+}
+
+}  // namespace
+
+std::string with_design(std::string_view text, const World& world,
+                        const std::vector<SceneFree>& free) {
+  std::string written(text);
+  for (const SceneFree& f : free) {
+    if (!f.element) continue;
+    const Members members = members_of(world, f);
+    for (const auto& member : members.set) set_member(written, f, Place::law, member);
+    for (const std::string& key : members.removed) remove_member(written, f, key);
+    if (f.variable.quantity == Quantity::radius)
+      set_member(written, f, Place::guide,
+                 {"radius", fmt::format("{}", value_of(world, f.variable).numbers.x)});
+  }
+  return written;
+}
+
+std::string words_of(const World& world, const SceneFree& f, const assembly::DesignChange& change) {
+  const auto text = [&](const DesignValue& value) {
+    const std::vector<double> numbers = shown_value(world, f.variable, value);
+    return numbers.size() == 1 ? fmt::format("{:.9g}", numbers[0])
+                               : fmt::format("[{:.9g}]", fmt::join(numbers, ", "));
+  };
+  return fmt::format("{} {} -> {}{}", f.path, text(change.before), text(change.after),
+                     change.is_at_bound ? " (at its bound)" : "");
+}
+
+nlohmann::json design_to_json(const World& world, const std::vector<SceneFree>& free,
+                              const std::vector<assembly::DesignChange>& changes) {
+  nlohmann::json all = nlohmann::json::array();
+  for (std::size_t i = 0; i < std::min(free.size(), changes.size()); ++i) {
+    const auto value = [&](const DesignValue& of) -> nlohmann::json {
+      const std::vector<double> numbers = shown_value(world, free[i].variable, of);
+      return numbers.size() == 1 ? nlohmann::json(numbers[0]) : nlohmann::json(numbers);
+    };
+    all.push_back({{"of", free[i].path},
+                   {"law", world.name_of(free[i].variable.law)},
+                   {"before", value(changes[i].before)},
+                   {"after", value(changes[i].after)},
+                   {"at_bound", changes[i].is_at_bound},
+                   {"in_file", free[i].element.has_value()}});
+  }
+  return all;
+}
+
+}  // namespace pantin::program
