@@ -219,7 +219,7 @@ Result<std::vector<SceneFree>> free_numbers(const std::string& file, const World
   const Recipe recipe = read_recipe(files, places, limits);
   const BuiltScene built = build_scene(recipe, places, limits);
   if (files.any_errors()) return files.errors();
-  if (built.joints.size() != world.links.size() || built.cables.size() != world.cables.size())
+  if (built.joints.size() > world.links.size() || built.cables.size() > world.cables.size())
     return Error{file + ": the file has changed since it was read"};
   std::vector<SceneFree> all;
   const auto add = [&](const FreeRecipe& from, std::string& fault) {
