@@ -1,12 +1,14 @@
 #include "engine/assembly/design.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include "engine/assembly/problem.hpp"
 #include "engine/base/rotation.hpp"
 #include "engine/joints/cable_path.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/world/cable_route.hpp"
 
 namespace pantin::detail::assembly {
@@ -38,7 +40,8 @@ bool is_of(const Block& b, const DesignVariable& v, const World& world) {
 Real scale_of(const FreeQuantity& q, Real size) {
   const bool turns = q.of.quantity == Quantity::axis_a || q.of.quantity == Quantity::axis_b;
   if (turns) return 1 / size;
-  return is_size(q.of.quantity) ? std::max(q.start.numbers.x, kLeastSize) / size : 1;
+  const bool is_one = numbers_of(q.of.quantity) == 1;
+  return is_one ? std::max(std::abs(q.start.numbers.x), kLeastSize) / size : 1;
 }
 
 /// G of a block for one design variable.
@@ -50,10 +53,11 @@ struct Slopes {
   std::span<Real> to;             // by number, then by row of the part
 
   Real& at(std::size_t number, std::size_t row) const { return to[number * m.rows + row]; }
-  void write(const Block& b) const;
+  void write(std::size_t block) const;
   void write_anchor(const Block& b, std::size_t end) const;
   void write_axis(const Block& b, std::size_t end) const;
   void write_cable(const Block& b) const;
+  void write_pitch(std::size_t block) const;
 };
 
 /// The residual depends on the anchor only by the point R anchor of the body, as on a displacement.
@@ -120,7 +124,24 @@ void Slopes::write_cable(const Block& b) const {
   for (int i = 0; i < 3; ++i) at(static_cast<std::size_t>(i), b.first_row) = -slope[i];
 }
 
-void Slopes::write(const Block& b) const {
+/// Rows are linear in the pitch.
+void Slopes::write_pitch(std::size_t block) const {
+  const Block& b = m.blocks[block];
+  const auto rows_at = [&](Real pitch) {
+    Joint joint = world.links[q.of.law].joint;
+    joint.parameters.edit().pitch = pitch;
+    std::array<Real, 6> c{};
+    write_rows({joint, m.scratch.body_states[b.body[0]], m.scratch.body_states[b.body[1]],
+                m.memory[block].before[0]},
+               {c.data(), nullptr, nullptr});
+    return c;
+  };
+  const std::array<Real, 6> one = rows_at(1), none = rows_at(0);
+  for (std::size_t r = 0; r < b.rows; ++r) at(0, b.first_row + r) = one[r] - none[r];
+}
+
+void Slopes::write(std::size_t block) const {
+  const Block& b = m.blocks[block];
   const Quantity kind = q.of.quantity;
   if (kind == Quantity::length && b.kind == BlockKind::cable) {
     at(0, b.first_row) = 1;
@@ -128,6 +149,8 @@ void Slopes::write(const Block& b) const {
     // C = (d.d - L L) / (2 L)
     const Real length = world.links[q.of.law].joint.parameters->length;
     if (b.kind == BlockKind::joint) at(0, b.first_row) = -1 - m.scratch.c[b.first_row] / length;
+  } else if (kind == Quantity::pitch) {
+    if (b.kind == BlockKind::joint) write_pitch(block);
   } else if (b.kind == BlockKind::cable) {
     write_cable(b);
   } else if (kind == Quantity::anchor_a || kind == Quantity::anchor_b) {
@@ -202,8 +225,7 @@ void write_slopes(const World& world, Part& part) {
     const Slopes slopes{world, part.m, q, std::span(d.numbers).subspan(q.first, count),
                         std::span(d.slopes).subspan(q.first * rows, count * rows)};
     for (std::size_t i = 0; i < part.m.blocks.size(); ++i)
-      if (is_of(part.m.blocks[i], q.of, world) && lagrangian::is_active(part.m, i))
-        slopes.write(part.m.blocks[i]);
+      if (is_of(part.m.blocks[i], q.of, world) && lagrangian::is_active(part.m, i)) slopes.write(i);
   }
 }
 

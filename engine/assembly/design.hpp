@@ -7,8 +7,8 @@
 ///
 ///   (S^-1 + G^T A^-1 G) dp = -G^T A^-1 C,    A lambda = -C - G dp,    dq = W J^T lambda
 ///
-/// S weighs changes by their size: a length by itself, an anchor by the size of the mechanism, an
-/// axis by 1 rad; each such change counts as much as a displacement by that size.
+/// S weighs changes by their size: a length or pitch by itself, an anchor by the size of the
+/// mechanism, an axis by 1 rad; each such change counts as much as a displacement by that size.
 #include <span>
 #include <vector>
 

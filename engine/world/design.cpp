@@ -22,6 +22,9 @@ std::string_view design_fault(const Joint& joint, Quantity quantity) {
       return {};
     case Quantity::radius:
       return "expected the radius of a pulley that a cable runs over";
+    case Quantity::pitch:
+      if (joint.kind != JointKind::screw) return "expected the pitch of a screw joint";
+      return {};
     case Quantity::anchor_a:
     case Quantity::anchor_b:
       if (joint.kind == JointKind::custom || joint.kind == JointKind::spring)
@@ -36,6 +39,8 @@ std::string_view design_fault(const Joint& joint, Quantity quantity) {
 std::string_view design_fault(const CableParameters& cable, Quantity quantity, Real radius) {
   if (cable.compliance > 0) return "expected a cable that is inextensible, without \"compliance\"";
   switch (quantity) {
+    case Quantity::pitch:
+      return "expected the pitch of a screw joint";
     case Quantity::axis_a:
     case Quantity::axis_b:
       return "expected an axis of a joint";
@@ -60,6 +65,7 @@ DesignValue value_of(const World& world, const DesignVariable& variable) {
   if (const Link* link = world.links.find(variable.law)) {
     const JointFrames& frames = link->joint.frames;
     if (q == Quantity::length) return {Vec3(link->joint.parameters->length, 0, 0)};
+    if (q == Quantity::pitch) return {Vec3(link->joint.parameters->pitch, 0, 0)};
     if (q == Quantity::axis_a) return {Vec3(0), frames.a()};
     if (q == Quantity::axis_b) return {Vec3(0), frames.b()};
     return {anchor_of(*link, q)};
@@ -76,6 +82,8 @@ void set_value(World& world, const DesignVariable& variable, const DesignValue& 
     Joint& joint = link->joint;
     if (q == Quantity::length)
       joint.parameters.edit().length = value.numbers.x;
+    else if (q == Quantity::pitch)
+      joint.parameters.edit().pitch = value.numbers.x;
     else if (q == Quantity::axis_a)
       joint.frames.set_a(value.axes);
     else if (q == Quantity::axis_b)

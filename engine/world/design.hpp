@@ -16,6 +16,7 @@ namespace pantin::detail {
 enum class Quantity : std::uint8_t {
   length,    // m, of a distance joint or a cable
   radius,    // m, of a pulley that a cable runs over
+  pitch,     // m/rad, of a screw
   anchor_a,  // m, three numbers in the mass-centre frame of the body
   anchor_b,
   axis_a,  // rad, two numbers: rotations of the x axis of a joint about its y and z in that body

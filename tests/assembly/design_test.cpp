@@ -285,6 +285,26 @@ TEST_CASE("design: an anchor moves to where the linkage closes") {
   CHECK(glm::distance(w.links[hinge].joint.anchor_a, before) == Approx(0.05).margin(1e-9));
 }
 
+TEST_CASE("design: a screw between a rod and its turn gets the pitch that fits") {
+  // A nut that is turned by 2 rad and held 0.5 m along the axis: the pitch is 0.25 m/rad.
+  World w;
+  const Entity ground = add_solid(w, {}, "ground", Motion::fixed);
+  const Entity nut = add_solid(w, {{0.5, 0, 0}, from_rotation_vector({2, 0, 0})}, "nut");
+  Joint screw;
+  screw.kind = JointKind::screw, screw.parameters.edit().pitch = 0.2;
+  const Entity thread = add_link(w, {ground, nut, screw}, "screw");
+  Joint held;
+  held.kind = JointKind::fixed, held.anchor_a = {0.5, 0, 0};
+  held.frames.set_a(from_rotation_vector({2, 0, 0}));
+  add_link(w, {ground, nut, held}, "held");
+  World stays = w;
+  CHECK_FALSE(assemble(stays, {}).assembled);
+  AssemblyChoices choices;
+  choices.free = {{thread, Quantity::pitch}};
+  REQUIRE(assemble(w, choices).assembled);
+  CHECK(std::abs(w.links[thread].joint.parameters->pitch - 0.25) < 1e-12);
+}
+
 TEST_CASE("design: derivatives are those of the rows") {
   for (const Quantity q :
        {Quantity::anchor_a, Quantity::anchor_b, Quantity::axis_a, Quantity::axis_b})
@@ -292,6 +312,13 @@ TEST_CASE("design: derivatives are those of the rows") {
       CHECK(error_of_slopes(w, {w.links.owners()[1], q}) < 1e-8);
   const Tripod t(kFeet, {1.2, 1, 1.15, 0.9}, {0.4, 0.3, 1});
   CHECK(error_of_slopes(t.world, length(t.rods[2])) < 1e-8);
+  World turned;
+  const Entity bed = add_solid(turned, {}, "bed", Motion::fixed);
+  const Entity nut = add_solid(turned, {{0.3, 0, 0}, axes_along({1, 0.1, 0}, {0, 1, 1})}, "nut");
+  Joint screw;
+  screw.kind = JointKind::screw, screw.parameters.edit().pitch = 0.1;
+  const Entity thread = add_link(turned, {bed, nut, screw}, "screw");
+  CHECK(error_of_slopes(turned, {thread, Quantity::pitch}) < 1e-8);
   // A cable over a pulley of a body that hangs on it, taut.
   World w;
   const Entity ground = add_solid(w, {}, "ground", Motion::fixed);

@@ -388,7 +388,7 @@ the residuals by joint, the largest first, and a set of laws that cannot hold to
 which is needed for that: without any one of them the others can hold.
 
 Design variables, the numbers of "free" in the scene and of --free, are solved for together with the
-poses: lengths of distance joints and cables, anchors, axes of joints, radii of pulleys. They change
+poses: lengths of distance joints and cables, anchors and axes of joints, pitches, radii of pulleys. They change
 as little as possible, relative to their size, so that parts that do not fit get the lengths that
 fit. --out writes them where the scene has them.
 

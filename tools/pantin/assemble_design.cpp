@@ -58,6 +58,8 @@ Members members_of(const World& world, const SceneFree& f) {
     m.set.emplace_back("length", fmt::format("{}", length));
     m.removed = {"slack"};
   }
+  if (v.quantity == Quantity::pitch)
+    m.set.emplace_back("pitch", fmt::format("{}", link->joint.parameters->pitch));
   if (v.quantity == Quantity::anchor_a || v.quantity == Quantity::anchor_b) {
     const auto& [at_a, at_b] = link ? std::pair(link->joint.anchor_a, link->joint.anchor_b)
                                     : std::pair(cable->joint.anchor_a, cable->joint.anchor_b);
@@ -137,7 +139,7 @@ void remove_member(std::string& text, const SceneFree& f, const std::string& key
 
 std::vector<double> shown_value(const World& world, const DesignVariable& v,
                                 const DesignValue& value) {
-  if (is_size(v.quantity)) return {value.numbers.x};
+  if (numbers_of(v.quantity) == 1) return {value.numbers.x};
   const End end = end_of(world, v, side_of(v.quantity));
   const bool is_axis = v.quantity == Quantity::axis_a || v.quantity == Quantity::axis_b;
   const Vec3 x = is_axis ? end.direction(value.axes * Vec3(1, 0, 0)) : end.point(value.numbers);

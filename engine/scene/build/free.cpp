@@ -13,8 +13,9 @@ constexpr std::string_view kForm =
     "a path such as \"joints/3/length\" or \"cables/rope/over/0/radius\"";
 constexpr std::pair<std::string_view, Quantity> kQuantities[] = {
     {"length", Quantity::length},     {"radius", Quantity::radius},
-    {"anchor_a", Quantity::anchor_a}, {"anchor_b", Quantity::anchor_b},
-    {"axis_a", Quantity::axis_a},     {"axis_b", Quantity::axis_b}};
+    {"pitch", Quantity::pitch},       {"anchor_a", Quantity::anchor_a},
+    {"anchor_b", Quantity::anchor_b}, {"axis_a", Quantity::axis_a},
+    {"axis_b", Quantity::axis_b}};
 
 std::optional<std::uint32_t> number_in(std::string_view text) {
   std::uint32_t number = 0;

@@ -34,7 +34,8 @@ constexpr Key kPose[] = {
 constexpr Key kFreeNumber[] = {
     needed_reference<&FreeRecipe::of>(
         "of", "a path such as \"joints/3/length\"",
-        "joints/WHICH/KEY with the key length (of a distance), anchor_a, anchor_b, axis_a or "
+        "joints/WHICH/KEY with the key length (of a distance), pitch (of a screw), anchor_a, "
+        "anchor_b, axis_a or "
         "axis_b; cables/WHICH/KEY with length, anchor_a, anchor_b or over/NUMBER/radius. WHICH is "
         "a number, from 0, or a name."),
     number<&FreeRecipe::least>("min", "m", kNotNegative, "Least value of a length or radius."),
