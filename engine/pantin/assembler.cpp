@@ -46,13 +46,19 @@ Target number(std::size_t i) { return {static_cast<std::uint32_t>(i)}; }
 
 }  // namespace
 
-Assembly assemble(World& world, const std::vector<Entity>& held, Real tolerance) {
+Assembly assemble(World& world, const std::vector<Entity>& held, Real tolerance,
+                  const std::vector<FreeLength>& free) {
   AssemblyChoices choices;
   choices.held = held, choices.effort.tolerance = tolerance;
+  for (const FreeLength& f : free)
+    choices.free.push_back({f.law, Quantity::length, 0, f.least, f.most});
   const AssemblyReport r = detail::assembly::assemble(world, choices);
-  Assembly result{r.assembled, r.residual,     r.iterations, r.starts, static_cast<int>(r.mobility),
-                  {},          r.contradictory};
+  Assembly result{
+      r.assembled,     r.residual, r.iterations, r.starts, static_cast<int>(r.mobility), {},
+      r.contradictory, {}};
   for (const RedundantLaw& l : r.redundant) result.redundant.push_back(l.law);
+  for (const DesignVariable& v : choices.free)
+    result.lengths.push_back(detail::fault_of(world, v).empty() ? value_of(world, v).numbers.x : 0);
   return result;
 }
 

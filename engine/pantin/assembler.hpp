@@ -34,12 +34,23 @@ struct Assembly {
   int mobility = 0;                   // degrees of freedom that are left
   std::vector<Entity> redundant;      // laws with rows that follow from others
   std::vector<Entity> contradictory;  // laws that cannot hold together; without any one they can
+  std::vector<Real> lengths;          // of those that are free, m, in their order; 0: none
+};
+
+/// A distance joint or an inextensible cable whose length `assemble` may change.
+struct FreeLength {
+  Entity law = {};
+  Real least = 1e-9, most = 1e9;  // m
 };
 
 /// Moves the bodies to a configuration near their poses at which all laws hold to `tolerance` (m or
 /// rad); fixed and kinematic bodies and those `held` stay. If that is impossible the bodies end in
 /// the pose of least squares. The result depends on nothing but the World.
-Assembly assemble(World& world, const std::vector<Entity>& held = {}, Real tolerance = 1e-12);
+///
+/// Lengths that are `free` change too, as little as possible relative to their size: the least sum
+/// of squares of all closures nearby. A linkage whose parts do not fit gets the lengths that fit.
+Assembly assemble(World& world, const std::vector<Entity>& held = {}, Real tolerance = 1e-12,
+                  const std::vector<FreeLength>& free = {});
 
 /// A point of a body, in the frame the body was placed by, that should be at a point of the world.
 struct PointTarget {

@@ -1,6 +1,7 @@
 // Design variables: numbers of laws that change with the poses, as little as possible.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <pantin/assembler.hpp>
 
 #include "engine/joints/cable_path.hpp"
 #include "tests/assembly/mechanisms.hpp"
@@ -120,7 +121,7 @@ TEST_CASE("design: a rod of a four-bar linkage gets the length of the law of cos
   add_rod(w, ground, {0, 1, 0}, bar, end, glm::distance(pin, Vec3(0, 1, 0)), "brace");
   const Entity rod = add_rod(w, ground, {1, 0, 0}, bar, end, 0.99 * across, "rod");
   World stays = w;
-  CHECK_FALSE(assemble(stays, {}).assembled);
+  CHECK_FALSE(assemble(stays, AssemblyChoices{}).assembled);
   AssemblyChoices choices;
   choices.free = {length(rod)};
   const AssemblyReport r = assemble(w, choices);
@@ -258,7 +259,7 @@ TEST_CASE("design: a four-bar linkage whose axis leans gets a parallel one") {
   const Entity hinge = w.links.owners()[1];
   l.joint.frames.set_b(l.joint.frames.b() * from_rotation_vector({0, 0.2, 0.1}));
   World stays = w;
-  CHECK_FALSE(assemble(stays, {}).assembled);
+  CHECK_FALSE(assemble(stays, AssemblyChoices{}).assembled);
   AssemblyChoices choices;
   choices.free = {{hinge, Quantity::axis_b}};
   REQUIRE(assemble(w, choices).assembled);
@@ -275,7 +276,7 @@ TEST_CASE("design: an anchor moves to where the linkage closes") {
   const Vec3 along = w.links[hinge].joint.frames.a() * Vec3(1, 0, 0);
   w.links[hinge].joint.anchor_a += 0.05 * along;
   World stays = w;
-  CHECK_FALSE(assemble(stays, {}).assembled);
+  CHECK_FALSE(assemble(stays, AssemblyChoices{}).assembled);
   const Vec3 before = w.links[hinge].joint.anchor_a;
   AssemblyChoices choices;
   choices.free = {{hinge, Quantity::anchor_a}};
@@ -298,7 +299,7 @@ TEST_CASE("design: a screw between a rod and its turn gets the pitch that fits")
   held.frames.set_a(from_rotation_vector({2, 0, 0}));
   add_link(w, {ground, nut, held}, "held");
   World stays = w;
-  CHECK_FALSE(assemble(stays, {}).assembled);
+  CHECK_FALSE(assemble(stays, AssemblyChoices{}).assembled);
   AssemblyChoices choices;
   choices.free = {{thread, Quantity::pitch}};
   REQUIRE(assemble(w, choices).assembled);
@@ -332,6 +333,25 @@ TEST_CASE("design: derivatives are those of the rows") {
     CHECK(error_of_slopes(w, {rope, q}) < 1e-8);
   for (const std::uint32_t guide : {0u, 1u})
     CHECK(error_of_slopes(w, {rope, Quantity::radius, guide}) < 1e-8);
+}
+
+TEST_CASE("design: lengths are free from outside") {
+  const Vec3 at(0.4, 0.3, 1);
+  std::vector<Real> lengths = lengths_to(at);
+  lengths[1] *= 1.01;
+  Tripod t(kFeet, lengths, at);
+  const std::vector<FreeLength> free = {{t.rods[1]}, {t.ground}};
+  World w = t.world;
+  const Assembly fits = pantin::assemble(w, {}, 1e-12, free);
+  CHECK(fits.assembled);
+  REQUIRE(fits.lengths.size() == 2);
+  CHECK(std::abs(fits.lengths[0] - glm::distance(kFeet[1], at)) < 1e-11);
+  CHECK(fits.lengths[0] == length_of(w, t.rods[1]));
+  CHECK(fits.lengths[1] == 0);  // the ground has no length
+  w = t.world;
+  const Assembly bounded = pantin::assemble(w, {}, 1e-12, {{t.rods[1], lengths[1] * 0.995}});
+  CHECK_FALSE(bounded.assembled);
+  CHECK(bounded.lengths[0] == Approx(lengths[1] * 0.995).epsilon(1e-15));
 }
 
 TEST_CASE("design: the result is the same bits each time, and by all Newton methods the same") {
