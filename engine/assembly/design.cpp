@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "engine/assembly/problem.hpp"
 #include "engine/base/rotation.hpp"
@@ -22,10 +21,12 @@ namespace {
 
 /// The least length and radius, m.
 constexpr Real kLeastSize = 1e-9;
-/// Steps towards the least change, those that may be no smaller than before, the relative size that
-/// ends them, and steps that close the laws after each.
-constexpr int kMostReturns = 100, kMostIdle = 4, kMostClosing = 20;
-constexpr Real kStill = 1e-11;
+/// Steps towards the least change, those without a measurable one, the relative step and the
+/// relative fall of its squares that end them, and steps that close the laws after each.
+constexpr int kMostReturns = 200, kMostIdle = 4, kMostClosing = 20;
+constexpr Real kStill = 1e-11, kIdle = 1e-13;
+/// Bounds of the weight of displacements beside changes.
+constexpr Real kLeastWeight = 1e-6, kMostWeight = 1e9;
 /// Damping of these steps, relative to the diagonal.
 constexpr Real kUndamped = 1e-12;
 /// rad: the largest rotation of one of these steps.
@@ -250,7 +251,7 @@ void solve_design(Part& part) {
     std::copy(column(i).begin(), column(i).end(), right.begin());
     lagrangian::solve_lambda(part.m, right, solved);
     for (std::size_t k = 0; k < n; ++k) schur[i * n + k] = dot(k, solved);
-    schur[i * n + i] += 1 / (d.scale[i] * d.scale[i]);
+    schur[i * n + i] += 1 / (d.weight * d.scale[i] * d.scale[i]);
   }
   lagrangian::solve_lambda(part.m, scratch.right, solved);
   for (std::size_t i = 0; i < n; ++i) pull[i] = dot(i, solved);
@@ -328,38 +329,78 @@ Real change_of(const Design& d) {
   return 0.5 * sum;
 }
 
+namespace {
+
+/// A closed configuration to return to, with its revolutions and contacts.
+struct Closed {
+  lagrangian::Motions state;
+  std::vector<lagrangian::BlockMemory> memory;
+  std::vector<lagrangian::SurfaceMemory> touches;
+  std::vector<Real> numbers;
+  Real change = 0;
+};
+
+Closed closed_of(const Part& part) {
+  const Island& m = part.m;
+  return {m.scratch.state, m.memory, m.touches, part.design.numbers, change_of(part.design)};
+}
+
+void set_closed(World& world, Part& part, const Closed& to) {
+  part.m.scratch.state = to.state, part.m.memory = to.memory, part.m.touches = to.touches;
+  set_design(world, part, to.numbers);
+  look(world, part);
+}
+
+enum class Aim { least_change, closed };
+
+void take_step(World& world, Part& part, Aim aim) {
+  part.design.returns = aim == Aim::least_change;
+  solve_step(part, kUndamped);
+  part.design.returns = false;
+  const Real turn = turn_of(part);
+  displace(world, part, turn > kMostTurn ? kMostTurn / turn : 1);
+  look(world, part), count(world, part);
+}
+
+/// The largest relative step of a number, times the size, m.
+Real step_of(const Design& d) {
+  Real most = 0;
+  for (std::size_t i = 0; i < d.step.size(); ++i)
+    most = std::max(most, std::abs(d.step[i] / d.scale[i]));
+  return most;
+}
+
+}  // namespace
+
+// minimise |p + dp - p_0|^2 / 2 + weight |dq|^2 / 2, weight rising where a step went too far
 void lessen_change(World& world, Part& part, Real tolerance) {
   Design& d = part.design;
   if (change_of(d) == 0) return;
-  enum class Aim { least_change, closed };
-  const auto step = [&](Aim aim) {
-    d.returns = aim == Aim::least_change;
-    solve_step(part, kUndamped);
-    d.returns = false;
-    const Real turn = turn_of(part), fraction = turn > kMostTurn ? kMostTurn / turn : 1;
-    displace(world, part, fraction);
-    look(world, part), count(world, part);
-  };
-  Poses best = poses_of(part);
-  std::vector<Real> numbers = d.numbers;
-  Real least = change_of(d);
-  Real fastest = std::numeric_limits<Real>::infinity();
+  Closed best = closed_of(part);
   int idle = 0;
-  for (int n = 0; n < kMostReturns; ++n) {
-    step(Aim::least_change);
-    Real moved = 0;
-    for (std::size_t i = 0; i < d.step.size(); ++i)
-      moved = std::max(moved, std::abs(d.step[i] / d.scale[i]));
-    // Where the laws bend, their residual grows with a step towards the start.
-    for (int k = 0; k < kMostClosing && worst_of(part) > tolerance; ++k) step(Aim::closed);
-    if (!(worst_of(part) <= tolerance) || !(change_of(d) <= (1 + kStill) * least)) break;
-    idle = moved < fastest ? 0 : idle + 1, fastest = std::min(fastest, moved);
-    const bool ends = moved < kStill * d.size || idle == kMostIdle;
-    best = poses_of(part), numbers = d.numbers, least = change_of(d);
-    if (ends) return;
+  d.weight = 1;
+  for (int n = 0; n < kMostReturns && d.weight < kMostWeight; ++n) {
+    take_step(world, part, Aim::least_change);
+    const Real moved = step_of(d);
+    for (int k = 0; k < kMostClosing && worst_of(part) > tolerance; ++k)
+      take_step(world, part, Aim::closed);
+    const Real change = change_of(d);
+    if (worst_of(part) <= tolerance && change <= (1 + kStill) * best.change) {
+      idle = change < (1 - kIdle) * best.change ? 0 : idle + 1;
+      best = closed_of(part);
+      d.weight = std::max(d.weight / 2, kLeastWeight);
+      if (moved < kStill * d.size || idle == kMostIdle) break;
+    } else {
+      set_closed(world, part, best);
+      d.weight *= 8;
+    }
   }
-  set_design(world, part, numbers);
-  set_poses(world, part, best);
+  d.weight = 1;
+  set_closed(world, part, best);
+  // From the tolerance to rounding.
+  const Real before = worst_of(part);
+  take_step(world, part, Aim::closed);
+  if (!(worst_of(part) < before)) set_closed(world, part, best);
 }
 
 }  // namespace pantin::detail::assembly

@@ -33,6 +33,7 @@ struct Design {
   std::vector<Real> step, scale;      // of the last solve; square root of S
   Real size = 0;                      // m, of the mechanism
   std::vector<Real> slopes;           // G: all rows of the first number, of the next ...
+  Real weight = 1;                    // of displacements beside changes, in the next step
   bool returns = false;               // the next step minimises the distance of p from the start
 
   bool any() const { return !all.empty(); }

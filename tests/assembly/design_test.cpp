@@ -130,6 +130,40 @@ TEST_CASE("design: a rod of a four-bar linkage gets the length of the law of cos
   CHECK(std::abs(length_of(w, rod) - across) < 1e-12);
 }
 
+TEST_CASE("design: a strut to a linkage gets the least length that reaches") {
+  World w = polygon(3);
+  const Entity ground = w.find("ground"), crank = w.find("link0"), coupler = w.find("link1");
+  const Vec3 far(-1, 4, 0), at(0.3, 0.1, 0.2);
+  const World linkage = w;
+  const Entity strut = add_rod(w, ground, far, coupler, at, 0.5, "strut");
+  World stays = w;
+  CHECK_FALSE(assemble(stays, AssemblyChoices{}).assembled);
+  AssemblyChoices choices;
+  choices.free = {length(strut)};
+  const AssemblyReport r = assemble(w, choices);
+  REQUIRE(r.assembled);
+  // With the crank held a little further on or back, the point is further away: the length is
+  // stationary, and least, in the only degree of freedom.
+  const auto length_at = [&](Real turn) {
+    World near = linkage;
+    for (std::size_t i = 0; i < w.bodies.size(); ++i)
+      near.bodies.values()[i].pose = w.bodies.values()[i].pose;
+    Pose& pose = near.bodies[crank].pose;
+    const Vec3 pivot(1, 0, 0);  // of the first hinge
+    const Quat by = from_rotation_vector({0, 0, turn});
+    pose = {pivot + by * (pose.position - pivot), by * pose.rotation};
+    AssemblyChoices held;
+    held.held = {crank};
+    REQUIRE(assemble(near, held).assembled);
+    return glm::distance(to_world(near.bodies[coupler].pose, at), far);
+  };
+  const Real least = length_of(w, strut);
+  CHECK(length_at(0) == Approx(least).epsilon(1e-9));
+  CHECK(length_at(1e-3) > least);
+  CHECK(length_at(-1e-3) > least);
+  CHECK(std::abs(length_at(1e-3) - length_at(-1e-3)) / 2e-3 < 1e-4);
+}
+
 TEST_CASE("design: in random frames the rod that is 1 % off gets its length back") {
   int found = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {

@@ -187,7 +187,9 @@ class Design(unittest.TestCase):
         self.assertLess(again["residual"], 1e-12)
         self.assertLess(again["moved_m"], 1e-9)
         for change in again["design"]:
-            self.assertEqual(change["before"], change["after"])
+            before, after = (x if isinstance(x, list) else [x] for x in (change["before"], change["after"]))
+            for x, y in zip(before, after, strict=True):
+                self.assertLess(abs(x - y), 1e-12)
         checked = pantin("check", self.out)
         self.assertEqual(checked.returncode, 0, checked.stderr)
 
@@ -239,9 +241,10 @@ class Design(unittest.TestCase):
         self.is_closed()
 
     def test_a_rope_over_pulleys_gets_radius_and_length(self):
-        rope = ''', "cables": [{"name": "rope", "a": "world", "b": "world", "point_a": [-1, 0.3, 2],
-            "point_b": [2, 0.3, 2], "slack": 0.99, "over": [{"body": "tip", "radius": 0.1,
-            "axis": [0, -1, 0]}]}], "free": ["cables/0/%s"]'''
+        # Over a pulley on the world to the tip, which the rods hold.
+        rope = ''', "cables": [{"name": "rope", "a": "world", "b": "tip", "point_a": [-1, 0.3, 2],
+            "slack": 0.99, "over": [{"body": "world", "point": [1.5, 0.3, 1.8], "radius": 0.1,
+            "axis": [0, 1, 0]}]}], "free": ["cables/0/%s"]'''
         for number in ("length", "over/0/radius", "anchor_a"):
             with self.subTest(number):
                 self.write(rope % number, short=FITS)
@@ -283,7 +286,7 @@ class Design(unittest.TestCase):
         self.write("")
         done = pantin("assemble", self.scene, "--free", "joints/9/length")
         self.assertEqual(done.returncode, 2)
-        self.assertIn('--free: found "joints/9/length"', done.stderr)
+        self.assertTrue(done.stderr.startswith('pantin: --free: found "joints/9/length"'))
         done = pantin("assemble", self.scene, "--free", "joints/3/length", "--method", "gradient")
         self.assertEqual(done.returncode, 2)
         self.assertIn("expected auto, gauss-newton or lm", done.stderr)

@@ -95,7 +95,8 @@ std::optional<std::vector<Entity>> held_bodies(const World& world,
 std::optional<std::vector<SceneFree>> free_of(const AssembleChoices& c, const Scene& scene) {
   auto found = free_numbers(c.scene, scene.world, {"--free", c.free});
   if (!found) {
-    for (const Error& e : found.errors()) print_error(e.message);
+    for (const Error& e : found.errors())
+      e.message.starts_with("--free") ? complain(e.message) : print_error(e.message);
     return std::nullopt;
   }
   if (found->empty() || method_of(c.method)->changes_design) return *found;
