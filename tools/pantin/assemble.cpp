@@ -389,15 +389,15 @@ the residuals by joint, the largest first, and a set of laws that cannot hold to
 which is needed for that: without any one of them the others can hold.
 
 Design variables, the numbers of "free" in the scene and of --free, are solved for together with the
-poses: lengths of distance joints and cables, anchors and axes of joints, pitches, radii of pulleys. They change
-as little as possible, relative to their size, so that parts that do not fit get the lengths that
-fit. --out writes them where the scene has them.
+poses: lengths of distance joints and cables, anchors and axes of joints, pitches of screws, radii of
+pulleys. They change as little as possible, relative to their size, so that parts that do not fit get
+the lengths that fit. --out writes them where the scene has them.
 
 Examples:
   pantin assemble assets/scenes/stewart.json --scatter 1 --out out/stewart.json
   pantin assemble assets/scenes/four_bar.json --scatter 1 --trace out/trace.csv --method gradient
   pantin assemble assets/scenes/stewart.json --scatter 1 --trials 1000
-  pantin assemble frame.json --free joints/strut/length --out out/frame.json
+  pantin assemble assets/scenes/four_bar.json --scatter 1 --free joints/knee/anchor_b --json
   pantin assemble assets/scenes/marionette.json --scatter 0.3 --video out/assembled.mp4
 
 --out writes the scene with "poses", in full precision; it loads and checks. --trace writes
