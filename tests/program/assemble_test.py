@@ -267,7 +267,7 @@ class Design(unittest.TestCase):
 
     def test_bad_paths_are_refused_where_they_stand(self):
         for free, words in (
-                ('"joints/9/length"', 'found "joints/9/length", expected in place of "9" the number'),
+                ('"joints/9/length"', 'found "joints/9/length", expected in place of "9" the name of a joint'),
                 ('"joints/fuor/length"', 'nearest is "four"'),
                 ('"bodies/0/mass"', 'expected a path such as "joints/3/length"'),
                 ('"joints/0/mass"', 'expected a path such as'),

@@ -112,7 +112,9 @@ void set_member(std::string& text, const SceneFree& f, Place place,
   const auto& [key, value] = member;
   const NodeId old = json.member(element, key);
   if (old == kNoNode) {
-    text.insert(json[element].offset + 1, fmt::format("\"{}\": {}, ", key, value));
+    NodeId last = json[element].first_child;
+    while (json[last].next != kNoNode) last = json[last].next;
+    text.insert(end_of_member(json, last), fmt::format(", \"{}\": {}", key, value));
     return;
   }
   const std::size_t from = json[old].offset;

@@ -45,11 +45,12 @@ std::optional<std::uint32_t> find_element(const std::vector<T>& all, ElementKind
   return static_cast<std::uint32_t>(it - all.begin());
 }
 
+/// The name that is nearest to an unknown one, for an error.
 template <class T>
-std::string words_for(const std::vector<T>& all, std::string_view which) {
+std::string nearest_of(const std::vector<T>& all, std::string_view which) {
   std::vector<std::string_view> names;
   for (const T& x : all) names.push_back(x.name);
-  return "the number, from 0, or the name of one that the scene has" + hint(which, names);
+  return hint(which, names);
 }
 
 /// Why the bounds do not suit the value, as "expected ..."; empty if they do.
@@ -88,8 +89,11 @@ std::optional<BuiltFree> find_free(const BuiltScene& built, const FreeRecipe& re
   const auto law = is_joint ? find_element(built.joints, ElementKind::joint, path)
                             : find_element(built.cables, ElementKind::string, path);
   if (!law)
-    return refuse("expected in place of " + quoted_name(path) + " " +
-                  (is_joint ? words_for(built.joints, path) : words_for(built.cables, path)));
+    return refuse(
+        "expected in place of " + quoted_name(path) +
+        (is_joint
+             ? " the name of a joint, or its number in the list" + nearest_of(built.joints, path)
+             : " the name of a cable, or its number in the list" + nearest_of(built.cables, path)));
   found.law = *law;
   const auto& guides = is_cable ? built.cables[*law].guides : std::vector<BuiltGuide>{};
   const std::uint32_t guide = found.variable.guide;
