@@ -27,8 +27,6 @@ constexpr Real kMostTurn = 0.25;
 constexpr Real kHard = 1e-12, kFree = 1e15;
 constexpr Real kStep = 1e-3;  // s; frames are at rest
 constexpr std::size_t kNoPart = SIZE_MAX;
-constexpr Real kRegularisation = 1e-12;  // of dependent rows
-constexpr Real kUnrefined = std::numeric_limits<Real>::infinity();
 
 /// Of a row of a target. Rows 0 and 1 of an aim would keep the line parallel to x of the frame,
 /// which it need not be.
@@ -40,11 +38,6 @@ Real weight_of(const LiveTarget& t, std::size_t row) {
 /// The joint error that needs no correction, m or rad.
 Real bound_of(const Island& m) {
   return kJointError * std::max({m.size, m.reach, std::sqrt(m.inertia[0].x)});
-}
-
-void solve_weighted(Island& m) {
-  lagrangian::factor_soft(m, kRegularisation);
-  lagrangian::solve(m, {{}, m.scratch.right}, {m.scratch.solution, m.scratch.lambda}, kUnrefined);
 }
 
 /// The largest vector, m or rad.
@@ -141,14 +134,7 @@ void Live::compile() {
 void Live::set_weights(Part& part, std::size_t number) {
   Island& m = part.m;
   lagrangian::StepScratch& scratch = m.scratch;
-  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
-    const Block& b = m.blocks[i];
-    const bool on = !lagrangian::is_compliant(b.kind) && lagrangian::is_active(m, i);
-    for (std::size_t r = b.first_row; r < b.first_row + b.rows; ++r) {
-      scratch.weights[r] = on ? kHard * part.units[r] : 0;
-      scratch.right[r] = on ? -scratch.c[r] : 0;
-    }
-  }
+  set_equations(part, kHard);
   for (const Followed& f : followed_) {
     if (f.part != number) continue;
     const LiveTarget& t = targets_[f.target];
@@ -165,7 +151,7 @@ void Live::set_weights(Part& part, std::size_t number) {
 
 void Live::solve(Part& part, std::size_t number) {
   set_weights(part, number);
-  solve_weighted(part.m);
+  solve_equations(part);
 }
 
 Real Live::joint_error(std::size_t number) const {
@@ -175,7 +161,7 @@ Real Live::joint_error(std::size_t number) const {
     if (is_target_[number][i] || !counts(part, i)) continue;
     const Block& b = part.m.blocks[i];
     for (std::size_t r = b.first_row; r < b.first_row + b.rows; ++r)
-      worst = std::max(worst, std::abs(part.m.scratch.c[r]));
+      worst = worse_of(worst, part.m.scratch.c[r]);
   }
   return worst;
 }
@@ -191,7 +177,7 @@ Real Live::target_merit(std::size_t number, Real& worst) const {
       const Real weight = weight_of(targets_[f.target], r), c = part.m.scratch.c[b.first_row + r];
       if (!(weight > 0)) continue;
       sum += weight * c * c / part.units[b.first_row + r];
-      worst = std::max(worst, std::abs(c));
+      worst = worse_of(worst, c);
     }
   }
   return sum;
@@ -211,7 +197,7 @@ Real Live::correct(std::size_t number, Real error) {
       for (std::size_t r = b.first_row; r < b.first_row + b.rows; ++r)
         m.scratch.weights[r] = kFree * part.units[r], m.scratch.right[r] = 0;
     }
-    solve_weighted(m);
+    solve_equations(part);
     assembly::move(part, 1);
     look(problem_.world, part);
     error = joint_error(number);
@@ -253,7 +239,7 @@ void Live::iterate_part(std::size_t number, LiveReport& report) {
   }
   target_merit(number, report.target_error);
   state.merit = merit, state.error = error, state.closed = error <= bound_of(m);
-  report.joint_error = std::max(report.joint_error, error);
+  report.joint_error = worse_of(report.joint_error, error);
 }
 
 LiveReport Live::iterate() {

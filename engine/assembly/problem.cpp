@@ -226,10 +226,8 @@ Real worst_of(const Part& part) {
   for (std::size_t i = 0; i < part.m.blocks.size(); ++i) {
     if (!counts(part, i)) continue;
     const Block& b = part.m.blocks[i];
-    for (std::size_t r = b.first_row; r < b.first_row + b.rows; ++r) {
-      const Real c = std::abs(part.m.scratch.c[r]);
-      if (!(c <= worst)) worst = c;  // not a number counts as the largest
-    }
+    for (std::size_t r = b.first_row; r < b.first_row + b.rows; ++r)
+      worst = worse_of(worst, part.m.scratch.c[r]);
   }
   return worst;
 }
@@ -258,7 +256,7 @@ Real slope_of(Part& part) {
   return merit > 0 ? std::sqrt(sum / merit) : 0;
 }
 
-void solve_step(Part& part, Real damping) {
+void set_equations(Part& part, Real damping) {
   Island& m = part.m;
   lagrangian::StepScratch& scratch = m.scratch;
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
@@ -269,10 +267,20 @@ void solve_step(Part& part, Real damping) {
       scratch.right[r] = on ? -scratch.c[r] : 0;
     }
   }
+}
+
+void solve_equations(Part& part) {
+  Island& m = part.m;
+  lagrangian::StepScratch& scratch = m.scratch;
   lagrangian::factor_soft(m, part.design.any() ? kRegularisationOfDesign : kRegularisation);
   if (part.design.any()) solve_design(part);
   constexpr Real kUnrefined = std::numeric_limits<Real>::infinity();
   lagrangian::solve(m, {{}, scratch.right}, {scratch.solution, scratch.lambda}, kUnrefined);
+}
+
+void solve_step(Part& part, Real damping) {
+  set_equations(part, damping);
+  solve_equations(part);
 }
 
 Real turn_of(const Part& part) {

@@ -7,6 +7,7 @@
 /// Steps are least in the metric W^-1 of poses: a displacement counts 1, a rotation the square of
 /// the body's arm. D_r is the row's diagonal of J W J^T for unit directions, so residuals of angles
 /// count as lengths at the arm.
+#include <cmath>
 #include <span>
 #include <vector>
 
@@ -49,13 +50,22 @@ void count(const World& world, Part& part);
 bool counts(const Part& part, std::size_t block);
 /// Half the weighted sum of squares, m^2.
 Real merit_of(const Part& part);
+/// The larger of a residual so far and |c|. Not a number counts as the largest.
+inline Real worse_of(Real worst, Real c) {
+  const Real size = std::abs(c);
+  return size <= worst || std::isnan(worst) ? worst : size;
+}
 /// The largest residual, m or rad.
 Real worst_of(const Part& part);
 /// |J^T D^-1 C| relative to |C|, in the metrics of both: 0 at a stationary point.
 Real slope_of(Part& part);
 
-/// Solves (J W J^T + damping D) lambda = -C and finds the step W J^T lambda, into
+/// Sets scratch.right to -C and scratch.weights to damping D for all rows that act.
+void set_equations(Part& part, Real damping);
+/// Solves (J W J^T + weights) lambda = right and finds the step W J^T lambda, into
 /// scratch.solution, and that of the design variables. [Levenberg 1944, in dual form]
+void solve_equations(Part& part);
+/// Both.
 void solve_step(Part& part, Real damping);
 /// The largest rotation of the step, rad.
 Real turn_of(const Part& part);

@@ -98,7 +98,8 @@ void collide_shapes(const SweptSearch& s, Search& search, const ColliderShape& a
   PANTIN_ASSERT(a.slot != b.slot && can_move(a.shape->kind));
   const bool bounded = !is_unbounded(b.shape->kind);
   const Real extent = bounded ? glm::min(a.extent, b.extent) : a.extent;
-  const Real margin = s.reach_between(search, a.slot, b.slot) + kContactSlop * extent;
+  const Real own = s.is_moved(b.slot) ? s.reach_of(a.slot) : s.reach_if_struck(a.slot);
+  const Real margin = s.reach_between(search, a.slot, b.slot, own) + kContactSlop * extent;
   if (bounded && !a.box.grown(margin).overlaps(b.box)) return;
   search.points.clear();
   collide({*a.shape, a.pose}, {*b.shape, b.pose}, search.scratch, {margin, search.points});

@@ -237,7 +237,6 @@ void find_flights(const SweptSearch& s, Search& search,
                   std::span<const Displacement> displacement) {
   PANTIN_ASSERT(displacement.size() >= s.world.bodies.size());
   FlightFinder finder(s, search, displacement);
-  search.flights.of.clear();
   if (!finder.any_fast_pair()) return;
   finder.find();
   std::erase_if(search.pairs, [&](std::uint64_t pair) {

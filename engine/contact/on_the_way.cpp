@@ -138,9 +138,7 @@ void advance_to_impact(const SweptSearch& s, Search& search, const ColliderShape
   if (!(s.h > 0) || points.empty() || !is_convex(*on_a.shape) || !is_convex(*on_b.shape)) return;
   PANTIN_ASSERT(on_a.slot != on_b.slot);
   const Real size = std::min(on_a.extent, on_b.extent);
-  const Real reach = search.flights.share_one(on_a.slot, on_b.slot)
-                         ? search.flights.reach_between(on_a.slot, on_b.slot)
-                         : s.reach_of(on_a.slot) + s.reach_of(on_b.slot);
+  const Real reach = s.reach_between(search, on_a.slot, on_b.slot, s.reach_of(on_a.slot));
   const Real margin = reach + kTouching * size;
   if (!(margin < kFarthest)) return;
   MovingPair m{Moving(s, on_a), Moving(s, on_b), size, margin, search};

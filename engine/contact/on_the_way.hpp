@@ -15,10 +15,12 @@ struct SweptSearch : Finder {
     const Real own = reach_of(slot);
     return slot < struck.size() && own > 0 ? std::max(own, struck[slot]) : own;
   }
-  /// m: by how much two bodies may approach each other; `b` may be an obstacle.
-  Real reach_between(const Search& search, std::uint32_t a, std::uint32_t b) const {
+  /// m: by how much two bodies may approach each other, `a` with that reach unless they fly
+  /// together.
+  Real reach_between(const Search& search, std::uint32_t a, std::uint32_t b,
+                     Real reach_of_a) const {
     if (search.flights.share_one(a, b)) return search.flights.reach_between(a, b);
-    return (is_moved(b) ? reach_of(a) : reach_if_struck(a)) + reach_of(b);
+    return reach_of_a + reach_of(b);
   }
 };
 

@@ -19,14 +19,6 @@ struct Spoilt {
   std::size_t laws = 0;
 };
 
-Entity add_rod(World& w, Entity a, Vec3 at_a, Entity b, Vec3 at_b, Real length, std::string name) {
-  Joint j;
-  j.kind = JointKind::distance;
-  j.anchor_a = at_a, j.anchor_b = at_b;
-  j.parameters.edit().length = length;
-  return add_link(w, {a, b, j}, std::move(name));
-}
-
 /// Cases 0: a rigid frame with a rod that is 1 % too long. 1: a linkage that is locked by a rod at
 /// two places. 2: a link of a closed polygon with one hinge askew.
 Spoilt spoilt(std::uint64_t seed) {

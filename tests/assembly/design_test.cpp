@@ -12,14 +12,6 @@ using namespace pantin::detail::assembly;
 
 namespace {
 
-Entity add_rod(World& w, Entity a, Vec3 at_a, Entity b, Vec3 at_b, Real length, std::string name) {
-  Joint j;
-  j.kind = JointKind::distance;
-  j.anchor_a = at_a, j.anchor_b = at_b;
-  j.parameters.edit().length = length;
-  return add_link(w, {a, b, j}, std::move(name));
-}
-
 Real length_of(const World& w, Entity rod) { return w.links[rod].joint.parameters->length; }
 
 /// A point mass held by rods to points of the ground.

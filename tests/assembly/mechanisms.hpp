@@ -43,6 +43,16 @@ inline Entity join(World& w, const JointAt& at, std::string name) {
   return add_link(w, {at.a, at.b, j}, std::move(name));
 }
 
+/// A rod of that length between points of two bodies.
+inline Entity add_rod(World& w, Entity a, Vec3 at_a, Entity b, Vec3 at_b, Real length,
+                      std::string name) {
+  Joint j;
+  j.kind = JointKind::distance;
+  j.anchor_a = at_a, j.anchor_b = at_b;
+  j.parameters.edit().length = length;
+  return add_link(w, {a, b, j}, std::move(name));
+}
+
 /// A chain of `n` links of 1 m on ball joints in an arc, both ends at points of the world.
 inline World bendy(int n) {
   World w;
