@@ -95,6 +95,14 @@ void assert_points(const Group& g) {
     PANTIN_ASSERT(is_index_or_none(c.cross, g.crosses.size()));
     PANTIN_ASSERT(is_index_or_none(c.rolling, g.rollings.size()));
   }
+  [[maybe_unused]] std::size_t next = 0;
+  for (const GroupPair& p : g.pairs) {
+    PANTIN_ASSERT(p.first == next && p.count > 0 && p.count <= kMostPoints);
+    next += p.count;
+    PANTIN_ASSERT(next <= g.contacts.size() &&
+                  have_same_bodies(g.contacts[p.first], g.contacts[next - 1]));
+  }
+  PANTIN_ASSERT(next == g.contacts.size());
   for ([[maybe_unused]] const GroupRolling& r : g.rollings)
     PANTIN_ASSERT(r.count > 0 && is_part(r.first, r.count, g.contacts.size()));
   for ([[maybe_unused]] const GroupTie& t : g.ties) {

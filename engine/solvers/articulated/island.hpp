@@ -12,7 +12,7 @@
 #include "engine/base/math.hpp"
 #include "engine/joints/joint.hpp"
 #include "engine/joints/stops.hpp"
-#include "engine/solvers/articulated/impulses/contact_groups.hpp"
+#include "engine/solvers/articulated/impulses/group_scratch.hpp"
 #include "engine/solvers/articulated/lane_layout.hpp"
 #include "engine/solvers/articulated/smooth/conserving_node.hpp"
 #include "engine/solvers/articulated/smooth/parted_step.hpp"

@@ -7,6 +7,7 @@
 #include "engine/solvers/articulated/kernels/geometry.hpp"
 #include "engine/solvers/articulated/kernels/inward.hpp"
 #include "engine/solvers/articulated/kernels/island_lanes.hpp"
+#include "engine/solvers/articulated/kernels/pairs.hpp"
 #include "engine/solvers/articulated/kernels/predict.hpp"
 #include "engine/solvers/articulated/kernels/sweep.hpp"
 #include "engine/solvers/articulated/kernels/velocities.hpp"
@@ -40,6 +41,8 @@ const Kernels PANTIN_JOINED(kernels_, PANTIN_KERNELS) = {PANTIN_TEXT(PANTIN_KERN
                                                          scale,
                                                          add_path_responses,
                                                          subtract_products,
+                                                         multiply_motions,
+                                                         iterate_pair,
                                                          subtract_row};
 
 }  // namespace pantin::detail::articulated

@@ -185,6 +185,35 @@ struct PathJoint {
       by_force[kBlockNumbers];  // blocks: the row's response to torques and forces there
 };
 
+/// A contact point during iterations over the points of a pair of bodies, along its axes.
+struct PairPoint {
+  double impulse[3];        // N s, along the normal and two tangents
+  double speed, parted;     // m/s: least normal speed, with and without a normal impulse
+  double kept, gain;        // of the normal impulse; kg, impulse per missing speed
+  double along, per_aside;  // 1/kg, normal response; kg
+  double cross[2];          // 1/kg: tangential responses to a normal impulse
+  double friction;
+};
+
+/// One iteration over the points of a pair, in impulse space: rows are three a point, then those of
+/// rolling friction.
+struct PairIteration {
+  std::size_t points, stride;  // stride: rows, padded to whole lanes
+  bool backwards;
+  PairPoint* at;
+  const double* responses;  // of all rows to an impulse along one, column by column
+  double* speeds;           // m/s, along the rows
+};
+
+/// Motions of two bodies, velocity and spin of each: those that rows measure, number by number, and
+/// those that impulses along the rows cause, one after the other.
+struct RowMotions {
+  std::size_t rows, stride;
+  const double* seen;    // kMotionNumbers x stride
+  const double* caused;  // rows x kMotionNumbers
+};
+inline constexpr std::size_t kMotionNumbers = 12;
+
 struct Kernels {
   const char* name;
   /// Predicts the free motion of every body: pose and angular velocity into the work table. False
@@ -224,6 +253,11 @@ struct Kernels {
   void (*add_path_responses)(const PathJoint&, double* row);
   /// to -= a b^T of 3 x 3 blocks over `columns` columns, each padded to four numbers.
   void (*subtract_products)(double* to, const double* a, const double* b, std::size_t columns);
+  /// Speeds along all rows by an impulse along each: columns of `stride` numbers.
+  void (*multiply_motions)(const RowMotions&, double* to);
+  /// Projected Gauss-Seidel over the points of a pair, with Coulomb friction. Returns the largest
+  /// change of speed, m/s.
+  double (*iterate_pair)(const PairIteration&);
   /// to -= factor row.
   void (*subtract_row)(double* to, const double* row, double factor, std::size_t count);
 };

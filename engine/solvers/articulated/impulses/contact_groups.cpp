@@ -249,6 +249,7 @@ void step_contact_groups(World& world, const StepTask& task) {
   const auto group = [&](const GroupScratch::Range& g) {
     return Group{std::span(r.bodies).subspan(g.first_body, g.bodies),
                  std::span(r.contacts).subspan(g.first_contact, g.contacts),
+                 std::span(r.pairs).subspan(g.first_pair, g.pairs),
                  std::span(r.nodes).subspan(g.first_node, g.nodes),
                  std::span(r.trees).subspan(g.first_tree, g.trees),
                  std::span(r.crosses).subspan(g.first_cross, g.crosses),

@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "engine/base/block_envelope.hpp"
-#include "engine/base/disjoint_sets.hpp"
 #include "engine/base/invariants.hpp"
 #include "engine/base/math.hpp"
 #include "engine/contact/contact_axes.hpp"
@@ -210,6 +208,14 @@ struct GroupContact : ContactPlace {
   Vec3 passed{0};     // N s over the step so far
 };
 
+/// At most kMostPoints consecutive contacts of the same two bodies, iterated together.
+struct GroupPair {
+  std::uint32_t first = 0, count = 0;  // contacts
+  std::uint32_t working = 0;           // of these, active
+  std::size_t responses = 0;           // in GroupScratch::number_list, see prepare_pair()
+};
+inline constexpr std::uint32_t kMostPoints = 8;
+
 /// Rolling and spinning friction of all points of two bodies: a torque on a, the opposite on b.
 struct GroupRolling {
   std::uint32_t first = 0, count = 0;  // contacts
@@ -293,6 +299,7 @@ struct RestContact {
 struct Group {
   std::span<GroupBody> bodies;
   std::span<GroupContact> contacts;
+  std::span<GroupPair> pairs;
   std::span<GroupNode> nodes;
   std::span<GroupTree> trees;
   std::span<CrossResponse> crosses;
@@ -301,7 +308,7 @@ struct Group {
   std::span<GroupLoops> loops;
   std::span<LoopedBody> looped;
   std::span<PathStep> path_steps;
-  std::span<Real> numbers;  // of loops, or of a group that rests
+  std::span<Real> numbers;  // of loops or of a group that rests, then of pairs
   // Of a group that rests:
   std::span<RestBody> resting;
   std::span<RestContact> rest_contacts;
@@ -452,41 +459,5 @@ void push_closing(const Group& g, const GroupLoops& l);
 /// The latter returns whether the equations must be rebuilt (group_motion.cpp).
 bool are_open(const Group& g);
 bool close_loops(const Group& g, const GroupPart& part);
-
-/// Scratch memory of the groups of a step.
-struct GroupScratch {
-  /// One group: its bodies, dynamic ones first, its contacts, and so on.
-  struct Range {
-    std::size_t first_body = 0, bodies = 0, first_contact = 0, contacts = 0;
-    std::size_t first_node = 0, nodes = 0, first_tree = 0, trees = 0, first_cross = 0, crosses = 0;
-    std::size_t first_tie = 0, ties = 0, first_rolling = 0, rollings = 0;
-    std::size_t first_loops = 0, loops = 0, first_looped = 0, looped = 0;
-    std::size_t first_step = 0, steps = 0, first_number = 0, numbers = 0;
-    std::size_t first_resting = 0, resting = 0;
-  };
-  DisjointSets sets{0};                 // of islands
-  std::vector<std::uint32_t> group_of;  // by island
-  std::vector<std::uint8_t> flags;      // by group, which is its first island
-  std::vector<std::uint32_t> order;     // of contacts
-  std::vector<std::uint32_t> index;     // of a body in its group, by slot
-  std::vector<Range> groups;
-  std::vector<GroupBody> bodies;
-  std::vector<GroupContact> contacts;
-  std::vector<GroupNode> nodes;
-  std::vector<GroupTree> trees;
-  std::vector<CrossResponse> crosses;
-  std::vector<GroupTie> ties;
-  std::vector<GroupRolling> rollings;
-  std::vector<GroupLoops> loops;
-  std::vector<LoopedBody> looped;
-  std::vector<PathStep> path_steps;
-  std::vector<RestBody> resting;
-  std::vector<RestContact> rest_contacts;  // as `contacts`
-  std::vector<EnvelopeRow> rest_rows;
-  std::vector<Real> number_list;
-  std::size_t numbers = 0;                     // of these, in use
-  std::vector<std::uint32_t> ends, roots;      // by column, while an island is gathered
-  std::vector<std::uint32_t> links, numbered;  // while the rows of a factor are ordered
-};
 
 }  // namespace pantin::detail::articulated

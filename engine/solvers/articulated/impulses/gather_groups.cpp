@@ -7,6 +7,7 @@
 #include "engine/geometry/kinds.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/impulses/gather.hpp"
+#include "engine/solvers/articulated/impulses/group_points.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
@@ -216,6 +217,20 @@ void gather_rollings(const World& world, GroupScratch& r, const GroupScratch::Ra
   }
 }
 
+/// Divides the contacts of the last group into pairs; reserves their responses.
+void gather_pairs(GroupScratch& r, const GroupScratch::Range& range) {
+  const auto contacts = std::span(r.contacts).subspan(range.first_contact);
+  for (std::uint32_t from = 0, to = 0; from < contacts.size(); from = to) {
+    while (to < contacts.size() && to - from < kMostPoints &&
+           have_same_bodies(contacts[from], contacts[to]))
+      ++to;
+    GroupPair p;
+    p.first = from, p.count = to - from, p.responses = r.numbers - range.first_number;
+    r.numbers += most_responses(p.count, contacts[from].rolling != kNoNode);
+    r.pairs.push_back(p);
+  }
+}
+
 /// Where the next group begins.
 GroupScratch::Range next_range(const GroupScratch& r) {
   GroupScratch::Range range;
@@ -225,6 +240,7 @@ GroupScratch::Range next_range(const GroupScratch& r) {
   range.first_rolling = r.rollings.size(), range.first_loops = r.loops.size();
   range.first_looped = r.looped.size(), range.first_step = r.path_steps.size();
   range.first_number = r.numbers, range.first_resting = r.resting.size();
+  range.first_pair = r.pairs.size();
   return range;
 }
 
@@ -241,6 +257,7 @@ void end_range(GroupScratch& r, GroupScratch::Range range) {
   range.steps = r.path_steps.size() - range.first_step;
   range.numbers = r.numbers - range.first_number;
   range.resting = r.resting.size() - range.first_resting;
+  range.pairs = r.pairs.size() - range.first_pair;
   PANTIN_ASSERT(range.bodies > 1 && range.contacts > 0);
   r.groups.push_back(range);
 }
@@ -268,7 +285,7 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
   r.order.clear(), r.groups.clear(), r.bodies.clear(), r.contacts.clear();
   r.nodes.clear(), r.trees.clear(), r.crosses.clear(), r.ties.clear(), r.rollings.clear();
   r.loops.clear(), r.looped.clear(), r.path_steps.clear(), r.numbers = 0;
-  r.resting.clear(), r.rest_rows.clear();
+  r.resting.clear(), r.rest_rows.clear(), r.pairs.clear();
   const auto group_at = [&](std::uint32_t contact) {
     return r.group_of[owner_of(partition, contacts[contact].slot_a).island];
   };
@@ -326,6 +343,7 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
     }
     add_looped(r, range);
     gather_resting(r, range, h);
+    gather_pairs(r, range);
     end_range(r, range);
     from = to;
   }

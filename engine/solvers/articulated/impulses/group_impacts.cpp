@@ -10,10 +10,6 @@ namespace {
 /// rounding decides, and the contact may stop the bodies without restitution.
 constexpr Real kMeets = 1e-9;
 constexpr int kImpactSweeps = 64;
-/// Iterations of one impact, and the relative change that ends them: friction rotates bodies that
-/// are not round, which changes the separating speed of the point.
-constexpr int kStrikeIterations = 32;
-constexpr Real kStruckEnough = 1e-9;
 
 /// Velocity that the forces of the substep have already added at a point of a tree.
 Vec3 gained_by(const Group& g, const GroupBody& b, Vec3 arm) {
@@ -35,21 +31,6 @@ void find_gained(const Group& g, Real h) {
     for (std::uint32_t i = t.first + t.count; i-- > t.first;) gather_impulse(g, i);
     for (std::uint32_t i = t.first; i < t.first + t.count; ++i) follow_impulse(g, i);
   }
-}
-
-/// The impulse, along the axes, after which a contact separates at a speed, with Coulomb friction.
-Vec3 strike(Pair& pair, const GroupContact& c, Real speed) {
-  GroupContact at_once = c;
-  at_once.impulse = Vec3(0), at_once.lead_a = c.arm_a, at_once.lead_b = c.arm_b;
-  Real first = 0;
-  for (int n = 0; n < kStrikeIterations; ++n) {
-    const Vec3 change = solve_point(pair, at_once, {speed, {}});
-    pair.push(arms_of(c), change);
-    const Real size = glm::length(change);
-    if (n == 0) first = size;
-    if (size <= kStruckEnough * first) break;
-  }
-  return at_once.impulse;
 }
 
 /// The impact of two bodies that meet within the substep, at the time of the impact. Free bodies
@@ -75,6 +56,7 @@ bool meet(const Group& g, GroupContact& c, Real h) {
   const Real when = jointed ? 0 : std::min(h, 2 * gap / (root - speed));
   const Real after = -c.restitution * (speed + pull * when) - pull * when;
   const Vec3 impulse = strike(pair, c, after + gained);
+  pair.push(opposed(arms_of(c), to_world(c, impulse)));
   end_pair(g, pair_of(c), pair);
   c.passed += impulse;
   if (jointed) return true;
@@ -106,10 +88,8 @@ bool collide_elastically(const Group& g, const Substep& s) {
   end_loops(g);
   if (!moved) return false;
   centre_bodies(g);
-  for (GroupContact& c : g.contacts) {
-    place(g, c);
-    if (c.works) prepare_contact(g, c);
-  }
+  for (GroupContact& c : g.contacts) place(g, c);
+  for (GroupPair& p : g.pairs) prepare_pair(g, p);
   return true;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /// Impulses between two bodies of a group, iterated on copies of their motions. The sum propagates
 /// through the joints of trees once, at the end.
+#include "engine/base/compiler.hpp"
 #include "engine/solvers/articulated/impulses/contact_groups.hpp"
 
 namespace pantin::detail::articulated {
@@ -25,23 +26,15 @@ struct Side {
     velocity += change.force, spin += change.torque;
   }
   Vec3 speed_at(Vec3 arm) const { return velocity + glm::cross(spin, arm); }
-  void push(Vec3 arm, Vec3 impulse) {
-    const Vec3 moment = glm::cross(arm, impulse);
-    sum.force += impulse, sum.torque += moment;
-    if (!response) {
-      velocity += body.per_mass * impulse, spin += body.response * moment;
-      return;
-    }
-    velocity += response->vf * impulse + response->vt * moment;
-    spin += impulse * response->vt + response->wt * moment;
+  /// Change of its velocity and spin by an impulse and its moment.
+  Wrench response_to(const Wrench& impulse) const {
+    if (body.per_mass == 0) return {};
+    if (!response) return {body.per_mass * impulse.force, body.response * impulse.torque};
+    return {response->vf * impulse.force + response->vt * impulse.torque,
+            impulse.force * response->vt + response->wt * impulse.torque};
   }
-  void twist(Vec3 moment) {
-    sum.torque += moment;
-    if (!response) {
-      spin += body.response * moment;
-      return;
-    }
-    velocity += response->vt * moment, spin += response->wt * moment;
+  void add(const Wrench& impulse, const Wrench& change) {
+    sum += impulse, velocity += change.force, spin += change.torque;
   }
 };
 
@@ -50,28 +43,39 @@ struct Arms {
   Vec3 a, b;
 };
 
+/// Impulses on two bodies, or changes of their motions.
+struct BothWrenches {
+  Wrench a, b;
+  BothWrenches& operator+=(const BothWrenches& o) {
+    a += o.a, b += o.b;
+    return *this;
+  }
+};
+/// An impulse on a at its arm, and the opposite on b; the same of a torque.
+inline BothWrenches opposed(const Arms& c, Vec3 impulse) {
+  return {{impulse, glm::cross(c.a, impulse)}, {-impulse, -glm::cross(c.b, impulse)}};
+}
+inline BothWrenches opposed(Vec3 torque) { return {{Vec3(0), torque}, {Vec3(0), -torque}}; }
+
 /// Two bodies of a group during the iteration of impulses between them.
 struct Pair {
   Side a, b;
   const CrossResponse* cross;  // of two bodies of one tree
 
   Vec3 speed_of(const Arms& c) const { return a.speed_at(c.a) - b.speed_at(c.b); }
-  /// An impulse on a, the opposite on b.
-  void push(const Arms& c, Vec3 impulse) {
-    a.push(c.a, impulse), b.push(c.b, -impulse);
-    if (!cross) return;
-    const Vec3 on_a = glm::cross(c.a, impulse), on_b = -glm::cross(c.b, impulse);
-    a.velocity += cross->vt * on_b - cross->vf * impulse;
-    a.spin += cross->wt * on_b - cross->wf * impulse;
-    b.velocity += impulse * cross->vf + on_a * cross->wf;
-    b.spin += impulse * cross->vt + on_a * cross->wt;
+  /// Changes of both motions by impulses on both bodies.
+  PANTIN_INLINE BothWrenches response_to(const BothWrenches& on) const {
+    BothWrenches moved{a.response_to(on.a), b.response_to(on.b)};
+    if (!cross) return moved;
+    moved.a.force += cross->vf * on.b.force + cross->vt * on.b.torque;
+    moved.a.torque += cross->wf * on.b.force + cross->wt * on.b.torque;
+    moved.b.force += on.a.force * cross->vf + on.a.torque * cross->wf;
+    moved.b.torque += on.a.force * cross->vt + on.a.torque * cross->wt;
+    return moved;
   }
-  /// An impulse of torque on a, the opposite on b.
-  void twist(Vec3 moment) {
-    a.twist(moment), b.twist(-moment);
-    if (!cross) return;
-    a.velocity -= cross->vt * moment, a.spin -= cross->wt * moment;
-    b.velocity += moment * cross->wf, b.spin += moment * cross->wt;
+  void push(const BothWrenches& impulses) {
+    const BothWrenches change = response_to(impulses);
+    a.add(impulses.a, change.a), b.add(impulses.b, change.b);
   }
 };
 
@@ -108,28 +112,11 @@ inline void end_pair(const Group& g, const PairOf& c, const Pair& pair) {
   end_side(g, c.a, pair.a), end_side(g, c.b, pair.b);
 }
 
-/// Change of the velocity at the arm `seen` by an impulse `d` at `arm`.
-inline Vec3 response_at(const Side& s, Vec3 arm, Vec3 d, Vec3 seen) {
-  const Vec3 moment = glm::cross(arm, d);
-  if (!s.response) return s.body.per_mass * d + glm::cross(s.body.response * moment, seen);
-  const Response& r = *s.response;
-  return r.vf * d + r.vt * moment + glm::cross(d * r.vt + r.wt * moment, seen);
-}
-
-/// Change of the relative velocity at `seen` by an impulse `d` on a and its opposite on b.
-inline Vec3 response_of(const Pair& pair, const Arms& c, Vec3 d, const Arms& seen) {
-  Vec3 moved = response_at(pair.a, c.a, d, seen.a) + response_at(pair.b, c.b, d, seen.b);
-  if (!pair.cross) return moved;
-  const CrossResponse& x = *pair.cross;
-  const Vec3 on_a = glm::cross(c.a, d), on_b = glm::cross(c.b, d);
-  moved -= x.vf * d + x.vt * on_b + glm::cross(x.wf * d + x.wt * on_b, seen.a);
-  moved -= d * x.vf + on_a * x.wf + glm::cross(d * x.vt + on_a * x.wt, seen.b);
-  return moved;
-}
-
-/// The same at the arms of the impulse.
+/// Change of the relative velocity at an arm by an impulse `d` there on a and its opposite on b.
 inline Vec3 response_of(const Pair& pair, const Arms& c, Vec3 d) {
-  return response_of(pair, c, d, c);
+  const BothWrenches moved = pair.response_to(opposed(c, d));
+  return moved.a.force + glm::cross(moved.a.torque, c.a) -
+         (moved.b.force + glm::cross(moved.b.torque, c.b));
 }
 
 }  // namespace pantin::detail::articulated

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
+#include "engine/solvers/articulated/kernels.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
@@ -13,11 +14,21 @@ constexpr Real kPushSpeed = 1;
 constexpr int kPointIterations = 8;
 /// Iterations over a pair end when changes fall below this fraction of the first one.
 constexpr Real kPairTolerance = 0.02;
+/// Iterations of one impact, and the relative change that ends them: friction rotates bodies that
+/// are not round, which changes the separating speed of the point.
+constexpr int kStrikeIterations = 32;
+constexpr Real kStruckEnough = 1e-9;
 /// Least response of a contact of bodies in trees, as a fraction of that without joints.
 constexpr Real kLeastResponse = 1e-4;
 
 /// A group is jammed if a sweep still changes speeds by this fraction of the walls' closing speed.
 constexpr Real kJammed = 0.125;
+
+/// The least normal speed that a contact requires, with and without an impulse.
+struct Goal {
+  Real speed = 0, parted = 0;
+  Softness spring;
+};
 
 /// m/s: separating speed of a hard contact.
 Real push_speed(const GroupContact& c, const Substep& s) {
@@ -25,68 +36,156 @@ Real push_speed(const GroupContact& c, const Substep& s) {
 }
 
 Goal goal_of(const GroupContact& c, const Softness& spring, const Substep& s, Sweep sweep) {
-  if (sweep == Sweep::relaxes && (s.hard || c.impulse.x > 0)) return {};
-  if (c.gap > c.rest) return {-c.gap / s.reach, {}};
-  if (sweep == Sweep::relaxes) return {};
-  if (s.hard) return {push_speed(c, s), {}};
-  return {std::min(spring.rate * (c.rest - c.gap), kPushSpeed), spring};
+  const Real meets = -c.gap / s.reach;
+  if (sweep == Sweep::relaxes) return {0, s.hard || c.gap <= c.rest ? 0 : meets, {}};
+  if (c.gap > c.rest) return {meets, meets, {}};
+  const Real speed =
+      s.hard ? push_speed(c, s) : std::min(spring.rate * (c.rest - c.gap), kPushSpeed);
+  return {speed, speed, s.hard ? Softness{} : spring};
 }
 
-}  // namespace
+constexpr std::size_t kMostRows = 3 * kMostPoints + 3, kMostStride = padded(kMostRows);
 
-Vec3 solve_point(const Pair& pair, GroupContact& c, const Goal& goal) {
-  PANTIN_ASSERT(c.along > 0 && c.aside > 0);
-  const Vec3 u = pair.speed_of(leads_of(c));
-  const Real un = glm::dot(c.axes[0], u);
-  const Real normal =
-      std::max(Real(0), c.impulse.x + goal.spring.by_mass * (goal.speed - un) / c.along -
-                            goal.spring.by_impulse * c.impulse.x);
-  const Real more = normal - c.impulse.x;
-  const Real u1 = glm::dot(c.axes[1], u) + c.surface_first,
-             u2 = glm::dot(c.axes[2], u) + c.surface_second;
-  Real f1 = c.impulse.y - (u1 + c.cross_first * more) / c.aside;
-  Real f2 = c.impulse.z - (u2 + c.cross_second * more) / c.aside;
-  const Real held = std::sqrt(f1 * f1 + f2 * f2), most = c.friction * normal;
-  if (normal == 0)
-    f1 = f2 = 0;  // squares of tiny values may underflow to zero
-  else if (held > most)
-    f1 *= most / held, f2 *= most / held;
-  const Vec3 change = Vec3(normal, f1, f2) - c.impulse;
-  c.impulse += change;
-  return to_world(c, change);
+/// Active contacts of a pair as rows of its responses.
+struct PairRows {
+  GroupContact* contacts[kMostPoints];
+  std::size_t points = 0, rows = 0;
+  GroupRolling* rolling = nullptr;
+  std::size_t stride() const { return padded(rows); }
+};
+
+PairRows rows_of(const Group& g, const GroupPair& p) {
+  PairRows r;
+  for (GroupContact& c : g.contacts.subspan(p.first, p.count))
+    if (c.works) r.contacts[r.points++] = &c;
+  PANTIN_ASSERT(r.points <= kMostPoints);
+  const std::uint32_t rolling = g.contacts[p.first].rolling;
+  if (rolling != kNoNode) r.rolling = &g.rollings[rolling];
+  r.rows = 3 * r.points + (r.rolling ? 3 : 0);
+  return r;
 }
 
-namespace {
+/// The same of one point.
+void write_own_responses(const Pair& pair, const GroupContact& c, Real* to) {
+  for (const Vec3& axis : c.axes) {
+    const BothWrenches motion = pair.response_to(opposed(arms_of(c), axis));
+    const Vec3 speed = motion.a.force - motion.b.force + glm::cross(motion.a.torque, c.lead_a) -
+                       glm::cross(motion.b.torque, c.lead_b);
+    for (const Vec3& measured : c.axes) *to++ = glm::dot(measured, speed);
+    *to++ = 0;
+  }
+}
 
-/// Contacts [from, to) between the same two bodies. Returns the largest change of speed, m/s.
-Real solve_points(const Group& g, std::span<GroupContact> points, const Substep& s, Sweep sweep) {
-  Real most = 0, first = 0;
-  const auto working = std::count_if(points.begin(), points.end(), [](auto& c) { return c.works; });
-  if (working == 0) return most;
-  PANTIN_ASSERT(have_same_bodies(points.front(), points.back()));
-  const bool rolls = points.front().rolling != kNoNode;
-  // Trees: a residual of one pair would go on oscillating through the joints.
-  const bool converges = rolls || s.hard || g.trees.empty();
-  const int iterations = working > 1 || rolls ? kPointIterations : 1;
-  Pair pair = begin_pair(g, pair_of(points.front()));
-  for (int n = 0; n < iterations; ++n) {
-    Real now = 0;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      GroupContact& c = points[n % 2 == 0 ? i : points.size() - 1 - i];
-      if (!c.works) continue;
-      const Vec3 change = solve_point(pair, c, goal_of(c, spring_of(g, c, s), s, sweep));
-      if (change != Vec3(0)) {
-        pair.push(arms_of(c), change);
-        now = std::max(now, c.along * glm::length(change));
-      }
+/// Responses of all rows to impulses along each, column by column.
+void write_responses(const Pair& pair, const PairRows& r, Real* to) {
+  if (r.rows == 3) return write_own_responses(pair, *r.contacts[0], to);
+  Real seen[kMotionNumbers * kMostStride], caused[kMotionNumbers * kMostRows];
+  const std::size_t stride = r.stride();
+  std::fill(seen, seen + kMotionNumbers * stride, Real(0));
+  std::size_t row = 0;
+  const auto add = [&](const BothWrenches& measured, const BothWrenches& impulse) {
+    const BothWrenches motion = pair.response_to(impulse);
+    const Vec3 m[4] = {measured.a.force, measured.a.torque, measured.b.force, measured.b.torque};
+    const Vec3 c[4] = {motion.a.force, motion.a.torque, motion.b.force, motion.b.torque};
+    for (int k = 0; k < 12; ++k) {
+      seen[static_cast<std::size_t>(k) * stride + row] = m[k / 3][k % 3];
+      caused[row * kMotionNumbers + static_cast<std::size_t>(k)] = c[k / 3][k % 3];
     }
-    if (rolls) now = std::max(now, solve_rolling(g, pair, g.rollings[points.front().rolling]));
+    ++row;
+  };
+  for (std::size_t i = 0; i < r.points; ++i) {
+    const GroupContact& c = *r.contacts[i];
+    for (const Vec3& axis : c.axes) add(opposed(leads_of(c), axis), opposed(arms_of(c), axis));
+  }
+  if (r.rolling)
+    for (const Vec3& axis : r.rolling->axes) add(opposed(axis), opposed(axis));
+  kernels().multiply_motions({r.rows, stride, seen, caused}, to);
+}
+
+/// The contact's own responses, from its block of those of its pair.
+void set_responses(GroupContact& c, const Real* own, std::size_t stride) {
+  c.along = own[0], c.cross_first = own[1], c.cross_second = own[2];
+  c.aside = larger_response(own + stride + 1, stride);
+}
+
+PairPoint point_of(const GroupContact& c, const Goal& goal) {
+  PANTIN_ASSERT(c.along > 0 && c.aside > 0);
+  PairPoint p{};
+  for (int k = 0; k < 3; ++k) p.impulse[k] = c.impulse[k];
+  p.speed = goal.speed, p.parted = goal.parted;
+  p.kept = 1 - goal.spring.by_impulse, p.gain = goal.spring.by_mass / c.along;
+  p.along = c.along, p.per_aside = 1 / c.aside;
+  p.cross[0] = c.cross_first, p.cross[1] = c.cross_second;
+  p.friction = c.friction;
+  return p;
+}
+
+Vec3 impulse_of(const PairPoint& p) { return {p.impulse[0], p.impulse[1], p.impulse[2]}; }
+
+/// Relative velocity along the axes of a contact, surface velocity included.
+void set_speeds(const Pair& pair, const GroupContact& c, Real* speeds) {
+  const Vec3 u = pair.speed_of(leads_of(c));
+  speeds[0] = glm::dot(c.axes[0], u);
+  speeds[1] = glm::dot(c.axes[1], u) + c.surface_first;
+  speeds[2] = glm::dot(c.axes[2], u) + c.surface_second;
+}
+
+/// Solves the torque of rolling friction. Returns the change of speed, m/s.
+Real roll(const Group& g, const PairRows& r, const PairIteration& of) {
+  for (std::size_t i = 0; i < r.points; ++i) r.contacts[i]->impulse.x = of.at[i].impulse[0];
+  const std::size_t first = 3 * r.points;
+  const Vec3 change = solve_rolling(g, *r.rolling, of.speeds + first);
+  if (change == Vec3(0)) return 0;
+  for (int k = 0; k < 3; ++k) {
+    const Real* const by = of.responses + (first + static_cast<std::size_t>(k)) * of.stride;
+    for (std::size_t row = 0; row < of.stride; ++row) of.speeds[row] += change[k] * by[row];
+  }
+  return speed_of(g, *r.rolling, change);
+}
+
+/// Iterates the impulses of a pair. Returns the largest change of speed, m/s.
+Real solve_pair(const Group& g, const GroupPair& p, const Substep& s, Sweep sweep) {
+  if (p.working == 0) return 0;
+  const PairRows r = rows_of(g, p);
+  const PairOf both = pair_of(*r.contacts[0]);
+  Pair pair = begin_pair(g, both);
+  PairPoint at[kMostPoints];
+  Real speeds[kMostStride];
+  std::fill(speeds, speeds + r.stride(), Real(0));
+  Vec3 before[kMostPoints], rolled(0);
+  for (std::size_t i = 0; i < r.points; ++i) {
+    const GroupContact& c = *r.contacts[i];
+    at[i] = point_of(c, goal_of(c, spring_of(g, c, s), s, sweep));
+    set_speeds(pair, c, speeds + 3 * i), before[i] = c.impulse;
+  }
+  if (r.rolling) {
+    rolled = r.rolling->impulse;
+    for (std::size_t k = 0; k < 3; ++k)
+      speeds[3 * r.points + k] = glm::dot(r.rolling->axes[k], pair.a.spin - pair.b.spin);
+  }
+  // Trees: a residual of one pair would go on oscillating through the joints.
+  const bool converges = r.rolling || s.hard || g.trees.empty();
+  const int iterations = r.points > 1 || r.rolling ? kPointIterations : 1;
+  Real most = 0, first = 0;
+  PairIteration of{r.points, r.stride(), false, at, g.numbers.data() + p.responses, speeds};
+  for (int n = 0; n < iterations; ++n, of.backwards = !of.backwards) {
+    Real now = kernels().iterate_pair(of);
+    if (r.rolling) now = std::max(now, roll(g, r, of));
     most = std::max(most, now);
     if (n == 0) first = now;
     if ((s.hard ? now <= s.enough : now == 0) || (converges && now <= kPairTolerance * first))
       break;
   }
-  if (most > 0) end_pair(g, pair_of(points.front()), pair);
+  if (most == 0) return 0;
+  BothWrenches sum;
+  for (std::size_t i = 0; i < r.points; ++i) {
+    GroupContact& c = *r.contacts[i];
+    c.impulse = impulse_of(at[i]);
+    sum += opposed(arms_of(c), to_world(c, c.impulse - before[i]));
+  }
+  if (r.rolling) sum += opposed(to_world(*r.rolling, r.rolling->impulse - rolled));
+  pair.push(sum);
+  end_pair(g, both, pair);
   return most;
 }
 
@@ -116,7 +215,7 @@ void centre_bodies(const Group& g) {
 
 void push(const Group& g, const GroupContact& c) {
   Pair pair = begin_pair(g, pair_of(c));
-  pair.push(arms_of(c), to_world(c, c.impulse));
+  pair.push(opposed(arms_of(c), to_world(c, c.impulse)));
   end_pair(g, pair_of(c), pair);
 }
 
@@ -136,36 +235,57 @@ void lead(const Group& g, GroupContact& c, Real h) {
   c.lead_a = arm(g.a(c), c.on_a, -c.axes[0]), c.lead_b = arm(g.b(c), c.on_b, c.axes[0]);
 }
 
-void prepare_contact(const Group& g, GroupContact& c) {
-  const Vec3 n = c.axes[0];
-  const Pair pair{{g, c.a}, {g, c.b}, c.cross == kNoNode ? nullptr : &g.crosses[c.cross]};
-  Vec3 moved[3];
-  for (int k = 0; k < 3; ++k) moved[k] = response_of(pair, arms_of(c), c.axes[k], leads_of(c));
-  c.along = glm::dot(n, moved[0]);
-  c.cross_first = glm::dot(c.axes[1], moved[0]), c.cross_second = glm::dot(c.axes[2], moved[0]);
-  const Real k1 = glm::dot(c.axes[1], moved[1]), k2 = glm::dot(c.axes[2], moved[2]),
-             k12 = glm::dot(c.axes[1], moved[2]);
-  // The larger tangential response: a mean would overshoot in the softer direction.
-  c.aside = 0.5 * (k1 + k2) + std::sqrt(0.25 * (k1 - k2) * (k1 - k2) + k12 * k12);
+void prepare_pair(const Group& g, GroupPair& p) {
+  const PairOf both = pair_of(g.contacts[p.first]);
+  const Pair pair{
+      {g, both.a}, {g, both.b}, both.cross == kNoNode ? nullptr : &g.crosses[both.cross]};
   // Joints may leave a pair of bodies hardly any response: the contact is then inactive.
   const Real loose = kLeastResponse * (pair.a.body.per_mass + pair.b.body.per_mass);
-  c.works = c.along > loose && c.aside > loose;
-  if (!c.works) c.impulse = Vec3(0);
-  if (c.works && c.rolling != kNoNode) prepare_rolling(pair, g.rollings[c.rolling]);
+  Real* const responses = g.numbers.data() + p.responses;
+  for (bool again = true; again;) {
+    again = false;
+    const PairRows r = rows_of(g, p);
+    p.working = static_cast<std::uint32_t>(r.points);
+    if (r.points == 0) return;
+    const std::size_t stride = r.stride();
+    write_responses(pair, r, responses);
+    for (std::size_t i = 0; i < r.points; ++i) {
+      GroupContact& c = *r.contacts[i];
+      set_responses(c, responses + 3 * i * (stride + 1), stride);
+      if (c.along > loose && c.aside > loose) continue;
+      c.works = false, c.impulse = Vec3(0), again = true;
+    }
+    const std::size_t last = 3 * r.points * (stride + 1);
+    if (r.rolling) prepare_rolling(*r.rolling, {responses + last, stride});
+  }
+}
+
+Vec3 strike(const Pair& pair, const GroupContact& c, Real speed) {
+  GroupContact at_once = c;
+  at_once.impulse = Vec3(0), at_once.lead_a = c.arm_a, at_once.lead_b = c.arm_b;
+  PairRows r;
+  r.contacts[0] = &at_once, r.points = 1, r.rows = 3;
+  Real responses[most_responses(1, false)], speeds[padded(3)] = {};
+  write_responses(pair, r, responses);
+  set_responses(at_once, responses, r.stride());
+  set_speeds(pair, at_once, speeds);
+  PairPoint at = point_of(at_once, {speed, speed, {}});
+  const PairIteration of{1, r.stride(), false, &at, responses, speeds};
+  Real first = 0;
+  for (int n = 0; n < kStrikeIterations; ++n) {
+    const Real now = kernels().iterate_pair(of);
+    if (n == 0) first = now;
+    if (now <= kStruckEnough * first) break;
+  }
+  return impulse_of(at);
 }
 
 Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, Order order) {
   Real most = 0;
-  const std::size_t n = g.contacts.size();
-  for (std::size_t from = 0; from < n;) {
-    std::size_t count = 1;
-    const auto at = [&](std::size_t i) { return order == Order::forwards ? i : n - 1 - i; };
-    while (from + count < n && have_same_bodies(g.contacts[at(from)], g.contacts[at(from + count)]))
-      ++count;
-    const std::size_t first = order == Order::forwards ? from : n - from - count;
-    most = std::max(most, solve_points(g, g.contacts.subspan(first, count), s, sweep));
-    from += count;
-  }
+  const std::size_t n = g.pairs.size();
+  for (std::size_t i = 0; i < n; ++i)
+    most =
+        std::max(most, solve_pair(g, g.pairs[order == Order::forwards ? i : n - 1 - i], s, sweep));
   return most;
 }
 

@@ -51,6 +51,9 @@ bool has_few_points(const Group& g, Real h);
 /// Between substeps velocities are those of mass centres.
 Real first_strike(const Group& g, Real h);
 
+/// Numbers of a row, padded to whole vectors.
+inline constexpr std::size_t padded(std::size_t rows) { return (rows + 3) / 4 * 4; }
+
 inline const Softness& spring_of(const Group& g, const GroupContact& c, const Substep& s) {
   return g.is_fixed(c) ? s.against_fixed : s.between;
 }
@@ -66,17 +69,19 @@ void place(const Group& g, GroupContact& c);
 /// Velocities are evaluated where the contact is half a substep later, so that points move along
 /// the chord of their path. Impulses act at the current position.
 void lead(const Group& g, GroupContact& c, Real h);
-/// Computes the response of a contact, and whether it is active.
-void prepare_contact(const Group& g, GroupContact& c);
+/// Numbers of Group::numbers that the responses of a pair need.
+inline constexpr std::size_t most_responses(std::size_t points, bool rolls) {
+  const std::size_t rows = 3 * points + (rolls ? 3 : 0);
+  return rows * padded(rows);
+}
+/// Computes the responses of the active contacts of a pair to one another: speeds along the axes of
+/// all, by impulses along the axes of each. Contacts that joints leave hardly any response become
+/// inactive.
+void prepare_pair(const Group& g, GroupPair& p);
 /// Applies the accumulated impulse of a contact to its bodies.
 void push(const Group& g, const GroupContact& c);
-/// The least normal speed that a contact requires.
-struct Goal {
-  Real speed = 0;
-  Softness spring;
-};
-/// Solves one point with friction. Returns the change of impulse, N s, which is not applied yet.
-Vec3 solve_point(const Pair& pair, GroupContact& c, const Goal& goal);
+/// The impulse, along the axes, after which a contact separates at a speed, m/s, with friction.
+Vec3 strike(const Pair& pair, const GroupContact& c, Real speed);
 /// Whether sweeps that ended with this change of speed, m/s, cannot converge: kinematic bodies or
 /// overlaps require a body to move in opposite directions.
 bool is_jammed(const Group& g, const Substep& s, Real change);
@@ -96,11 +101,27 @@ bool collide_elastically(const Group& g, const Substep& s);
 
 // Rolling and spinning friction (group_rolling.cpp), of bodies that have it.
 
-/// The response of the relative spin to torques.
-void prepare_rolling(const Pair& pair, GroupRolling& r);
-/// Solves the torques on the two bodies, bounded by the normal impulses. Returns the change of
-/// speed at the contact, m/s.
-Real solve_rolling(const Group& g, Pair& pair, GroupRolling& r);
+/// The larger response to impulses along two axes, a mean would overshoot in the softer direction:
+/// the larger eigenvalue of a symmetric 2 x 2 matrix whose columns are `stride` numbers apart.
+inline Real larger_response(const Real* first, std::size_t stride) {
+  const Real k1 = first[0], k2 = first[stride + 1], k12 = first[stride];
+  return 0.5 * (k1 + k2) + std::sqrt(0.25 * (k1 - k2) * (k1 - k2) + k12 * k12);
+}
+
+/// Where the responses of a pair hold those to its torques: the first number, and from one torque
+/// to the next.
+struct RollingRows {
+  const Real* first;
+  std::size_t stride;
+};
+
+/// Sets the responses to torques, given those of all rows of the torque.
+void prepare_rolling(GroupRolling& r, const RollingRows& rows);
+/// Solves the torques on the two bodies, bounded by the normal impulses, given the relative spin
+/// along the axes. Returns the change of impulse.
+Vec3 solve_rolling(const Group& g, GroupRolling& r, const Real* spin);
+/// m/s: the change of speed at a contact by a change of the torque impulse.
+Real speed_of(const Group& g, const GroupRolling& r, Vec3 change);
 /// Applies the accumulated torque impulse to its bodies, within the bounds of the normal impulses.
 void push(const Group& g, GroupRolling& r);
 

@@ -411,8 +411,8 @@ bool rest_group(const Group& g, Real h) {
     c.works = g.rest_contacts[i].near;
     c.impulse = c.works ? g.rest_contacts[i].impulse : Vec3(0);
     c.passed += c.impulse;
-    if (c.works) prepare_contact(g, c);  // its response, for take_up
   }
+  for (GroupPair& p : g.pairs) prepare_pair(g, p);  // responses, for take_up
   return true;
 }
 

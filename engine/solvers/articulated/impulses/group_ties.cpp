@@ -75,7 +75,7 @@ void push_tie(const Group& g, const GroupTie& t) {
   const Vec3 impulse = impulse_of(t);
   if (impulse == Vec3(0)) return;
   Pair pair = begin_pair(g, pair_of(t));
-  pair.push(arms_of(t), -impulse);
+  pair.push(opposed(arms_of(t), -impulse));
   end_pair(g, pair_of(t), pair);
 }
 
@@ -92,7 +92,7 @@ Real solve_tie(const Group& g, GroupTie& t, Real h, Real part) {
     t.impulse += change;
   }
   if (change == Vec3(0)) return 0;
-  pair.push(arms_of(t), -change);
+  pair.push(opposed(arms_of(t), -change));
   end_pair(g, pair_of(t), pair);
   return glm::length(t.response * change);
 }

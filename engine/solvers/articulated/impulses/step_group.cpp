@@ -92,6 +92,13 @@ void prepare_closed(const Group& g, const GroupPart& part, Real h) {
   prepare_loops(g);
 }
 
+/// Prepares the responses of two bodies in trees. `known`: the last cross response.
+void prepare_ends(const Group& g, const GroupContact& c, std::uint32_t& known) {
+  prepare_looped(g, c.a), prepare_looped(g, c.b);
+  if (c.cross == known || c.cross == kNoNode) return;
+  g.crosses[known = c.cross] = cross_response_of(g, c.a, c.b);
+}
+
 /// Prepares trees, ties and contacts at the current poses.
 void prepare_group(const Group& g, const Substep& s) {
   const GroupPart& part = s.part;
@@ -102,18 +109,17 @@ void prepare_group(const Group& g, const Substep& s) {
   for (GroupTie& t : g.ties)
     if (t.kind != GroupTie::Kind::rigid) prepare_tie(g, t, part.h);
   std::uint32_t known = kNoNode;
-  for (GroupContact& c : g.contacts) {
-    place(g, c);
-    if (s.hard) lead(g, c, s.h);
-    c.works = is_near(g, c, s.reach, sudden);
-    if (!c.works) {
-      c.impulse = Vec3(0);
-      continue;
+  for (GroupPair& p : g.pairs) {
+    bool any = false;
+    for (GroupContact& c : g.contacts.subspan(p.first, p.count)) {
+      place(g, c);
+      if (s.hard) lead(g, c, s.h);
+      c.works = is_near(g, c, s.reach, sudden);
+      if (!c.works) c.impulse = Vec3(0);
+      any = any || c.works;
     }
-    prepare_looped(g, c.a), prepare_looped(g, c.b);
-    if (c.cross != known && c.cross != kNoNode)
-      g.crosses[known = c.cross] = cross_response_of(g, c.a, c.b);
-    prepare_contact(g, c);
+    if (any) prepare_ends(g, g.contacts[p.first], known);
+    prepare_pair(g, p);
   }
 }
 
@@ -124,9 +130,10 @@ void prepare_touching(const Group& g) {
     if (!c.works) continue;
     place(g, c);
     c.works = c.impulse.x > 0 || c.gap <= 0;
-    if (c.works) prepare_contact(g, c);
   }
+  for (GroupPair& p : g.pairs) prepare_pair(g, p);
 }
+
 /// One sweep: actuators, limits, then springs and cables, then contacts, then loops.
 Real sweep_group(const Group& g, const Substep& s, Sweep sweep, Order order) {
   solve_actuators(g, s.h);
