@@ -7,6 +7,7 @@
 #include "engine/base/job.hpp"
 #include "engine/contact/contact.hpp"
 #include "engine/runtime/systems.hpp"
+#include "engine/solvers/budget.hpp"
 #include "engine/world/faults.hpp"
 #include "engine/world/findings.hpp"
 #include "engine/world/report.hpp"
@@ -34,6 +35,15 @@ struct StepSettings {
   ///
   /// Cost: one look-up for each near pair; a refused pair costs its narrow phase while it is near.
   ContactFilter filter = {};
+  /// s: time in which a step should be computed; 0: as long as it takes.
+  ///
+  /// Bodies in contact give way, each group by its share of the time that is left: it takes fewer
+  /// and longer substeps, with fewer sweeps. Joints stay closed, and no energy is added; contacts
+  /// are softer. StepReport::shortened and group_costs() tell what was given up. Everything else
+  /// takes its time. The result then depends on the clock, and is not repeatable.
+  Real budget = 0;
+  /// Divides the budget; without it all groups have the same weight for their size.
+  Importance importance = {};
 };
 
 /// The shortest and the longest substep, s.

@@ -240,7 +240,9 @@ struct Step {
   const StepRecord& record;
   int substeps;
   StepTask task;  // of one substep
+  Clock::time_point from;
   StepReport report;
+  Budget budget;
   bool moved = false;  // contacts were detected: bodies may have moved
 
   void run(Stage stage) {
@@ -268,7 +270,6 @@ class Timed {
   Timed& operator=(const Timed&) = delete;
 
  private:
-  using Clock = std::chrono::steady_clock;
   Real* total_;
   Clock::time_point from_;
 };
@@ -382,6 +383,18 @@ void finish(Step& s) {
 
 namespace {
 
+/// Fraction of the budget within which bodies have to be stepped; the rest is for reports.
+constexpr Real kSteppedBy = 0.9;
+
+/// Sets the end of a substep; `left` more follow.
+void set_budget(Step& s, int left) {
+  if (!(s.settings.budget > 0)) return;
+  const Real time = kSteppedBy * std::min(s.settings.budget, kLongestStep);
+  const std::chrono::duration<Real> until(time * (s.substeps - left) / s.substeps);
+  s.budget = {s.from + std::chrono::duration_cast<Clock::duration>(until), &s.settings.importance};
+  s.task.budget = &s.budget;
+}
+
 void take_step(Step& s) {
   World& world = s.world;
   compile_if_changed(world);
@@ -389,6 +402,7 @@ void take_step(Step& s) {
   if (stepped(world) == Stepped::never && s.record.monitor) s.record.monitor->start_again();
   stepped(world) = Stepped::within;
   for (int left = s.substeps; left-- > 0;) {
+    set_budget(s, left);
     apply_requests(world, s.task.h), apply_events(world, s.task.h);
     s.run(Stage::before_drive);
     if (!std::isfinite(world.time)) {
@@ -423,7 +437,16 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
   const StepTask task{settings.h / substeps, settings.threads,
                       settings.run_jobs ? &settings.run_jobs : nullptr,
                       settings.filter ? &settings.filter : nullptr};
-  Step s{world, settings, systems, record, substeps, task, {}};
+  const bool is_timed = settings.budget > 0;
+  Step s{world,
+         settings,
+         systems,
+         record,
+         substeps,
+         task,
+         is_timed ? Clock::now() : Clock::time_point{},
+         {},
+         {}};
   s.report.tick = world.tick, s.report.time = world.time;
   if (!(settings.h > 0) || !std::isfinite(settings.h)) return s.report;
   if (!(task.h >= kShortestStep && task.h <= kLongestStep)) {

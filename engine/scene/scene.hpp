@@ -31,6 +31,7 @@ struct Scene {
   std::shared_ptr<const std::vector<detail::LaminaPlan>> laminas;  // null: none
   Real step = 1.0 / 60;                                            // s
   int substeps = 1;
+  Real budget_ms = 0;        // of StepSettings::budget, in ms; 0: none
   Real duration = 5;         // s
   Real drift_bound = 1e-12;  // allowed joint gap, as a fraction of the island's size
   OutputDefaults output;

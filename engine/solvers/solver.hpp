@@ -11,6 +11,7 @@
 
 #include "engine/base/job.hpp"
 #include "engine/contact/memory.hpp"
+#include "engine/solvers/budget.hpp"
 #include "engine/world/partition.hpp"
 #include "engine/world/report.hpp"
 #include "engine/world/solver_list.hpp"
@@ -24,6 +25,7 @@ struct StepTask {
   int threads = 1;                    // available for islands; the result does not depend on it
   const RunJobs* run_jobs = nullptr;  // a user's threads instead of them
   const ContactFilter* filter = nullptr;
+  const Budget* budget = nullptr;  // none: all substeps are taken
 };
 
 /// One solver. `island` is the index of one of its islands, in the order of compilation. Functions

@@ -37,6 +37,13 @@ struct Measures {
   Real energy() const { return kinetic + potential + elastic; }
 };
 
+/// Cost of a group of bodies in contact in the last substep of a step with StepSettings::budget.
+struct GroupCost {
+  Entity body;                    // one of them
+  Real seconds = 0;               // all threads
+  int substeps = 0, planned = 0;  // taken, and what accuracy asks for
+};
+
 struct StepReport {
   Status status = Status::ok;
   Entity body;        // where the divergence, or the growth of energy, was detected; the body whose
@@ -67,8 +74,11 @@ struct StepReport {
                                    // ContactDegenerate, lost
   Entity contact;                  // the joint in question; `body` is its body a
   int released = 0;                // joints of surfaces that released in this step
-  int unsolved = 0;    // groups of islands whose contacts were not solved to the tolerance
-  Entity unsolved_at;  // a body of the first
+  int unsolved = 0;     // groups of islands whose contacts were not solved to the tolerance
+  Entity unsolved_at;   // a body of the first
+  int shortened = 0;    // groups in contact that took fewer substeps, for StepSettings::budget
+  Entity shortened_at;  // a body of the one that gave up most
+  Real given_up = 0;    // of its substeps, as a fraction
   // Quasi-static solver:
   int mode_switches = 0;  // changes of contact modes in this step
   int handed_over = 0;    // laminas that dynamics moved in this step: the quasi-static problem had

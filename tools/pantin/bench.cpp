@@ -40,7 +40,7 @@ Lap lap(const Scene& scene, int threads, bool& sound) {
   Lap l;
   const std::uint64_t steps = steps_of(scene);
   l.seconds.reserve(steps);
-  Simulation sim = Simulation::copy_of(scene.world, {scene.step, scene.substeps, threads, false});
+  Simulation sim = Simulation::copy_of(scene.world, settings_of(scene, threads));
   for (int i = 0; i < kWarmUp; ++i) sim.step();
   const std::uint64_t before = allocations();
   double last = cpu_seconds();
@@ -57,7 +57,9 @@ Lap lap(const Scene& scene, int threads, bool& sound) {
 /// Measures accuracy, energy and stages in a separate pass, so that they do not disturb the timing.
 void measure_beside(const Scene& scene, int threads, double links, Json& row) {
   const std::uint64_t bytes_before = live_bytes();
-  Simulation sim = Simulation::copy_of(scene.world, {scene.step, scene.substeps, threads, true});
+  StepSettings how = settings_of(scene, threads);
+  how.measure = true;
+  Simulation sim = Simulation::copy_of(scene.world, how);
   double depth = 0, violation = 0, residual = 0;
   int contacts = 0, stops = 0;
   double worst = 0, worst_rel = 0, most_energy = measure(sim.world).energy();

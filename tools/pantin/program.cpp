@@ -137,6 +137,7 @@ Result<Scene> read_scene(const std::string& path, const SceneChoices& choices) {
   Scene& scene = *loaded;
   if (choices.step) scene.step = *choices.step;
   if (choices.substeps) scene.substeps = *choices.substeps;
+  if (choices.budget_ms) scene.budget_ms = *choices.budget_ms;
   if (choices.duration) scene.duration = *choices.duration;
   if (scene.duration / scene.step > kMostSteps)
     return Error{fmt::format("{}: found {:.6g} steps of {:.6g} s, expected at most {:g}", path,

@@ -44,12 +44,14 @@ struct SceneChoices {
   std::optional<double> step, duration;  // s
   std::optional<double> tolerance;       // of a step
   std::optional<int> substeps;
+  std::optional<double> budget_ms;
 };
-/// --solver, --integrator, --tolerance, --stabilisation, --step, --substeps, --duration, with their
-/// bounds.
-/// The words of the solvers that a whole scene may be given.
+/// --solver, --integrator, --tolerance, --stabilisation, --step, --substeps, --budget, --duration,
+/// with their bounds. The words of the solvers that a whole scene may be given.
 std::vector<std::string> solver_words();
 void add_scene_choices(const Subcommand& command, SceneChoices& choices);
+/// The settings of a scene's steps.
+StepSettings settings_of(const Scene& scene, int threads);
 /// --threads.
 void add_threads(const Subcommand& command, int& threads);
 

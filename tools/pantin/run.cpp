@@ -50,8 +50,10 @@ struct Summary {
   int most_contacts = 0, most_stops = 0, most_capped = 0;
   double acceleration2 = 0;  // sum over the last second, (m/s^2)^2, of mass centres
   std::uint64_t still_samples = 0;
-  std::vector<Vec3> velocities;  // of the previous step
-  double energy_removed = 0;     // J, by the energy limiter
+  std::vector<Vec3> velocities;       // of the previous step
+  double energy_removed = 0;          // J, by the energy limiter
+  std::uint64_t shortened_steps = 0;  // for the budget
+  double given_up = 0;                // at most, of the substeps of a group
   std::uint64_t limited_steps = 0, rescued_steps = 0, allocations = 0, timed_steps = 0;
   std::vector<double> step_seconds;
   std::size_t frames = 0;
@@ -105,6 +107,7 @@ StepReport timed_step(Simulation& sim, double until, Summary& s) {
   s.worst_residual = std::max(s.worst_residual, report.worst_residual);
   s.most_rounds = std::max(s.most_rounds, report.sweeps_used);
   s.energy_removed += report.energy_removed;
+  s.shortened_steps += report.shortened > 0, s.given_up = std::max(s.given_up, report.given_up);
   s.limited_steps += report.limited > 0, s.rescued_steps += report.rescued > 0;
   s.worst_violation = std::max(s.worst_violation, m.worst_violation);
   s.worst_depth = std::max(s.worst_depth, report.worst_depth);
@@ -154,6 +157,9 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
   j["cpu_ms_per_frame"] = s.frames ? 1e3 * s.cpu_seconds / static_cast<double>(s.frames) : 0.0;
   j["worst_residual_m"] = s.worst_residual;
   j["rounds_max"] = s.most_rounds;
+  j["budget_ms"] = scene.budget_ms;
+  j["shortened_steps"] = s.shortened_steps;
+  j["given_up_max"] = s.given_up;
   j["limited_steps"] = s.limited_steps;
   j["energy_removed_j"] = s.energy_removed;
   j["rescued_steps"] = s.rescued_steps;
@@ -247,6 +253,9 @@ void print_summary(const RunChoices& c, const Scene& scene, const Simulation& si
   for (const Unreached& u : unreached(sim.world))
     fmt::print("  unreached   {} {}: {:.4g} m from its target{}\n", u.kind, printable(u.name),
                u.residual, u.reachable ? "" : ", out of reach");
+  if (s.shortened_steps > 0)
+    fmt::print("  budget      substeps were left out in {} steps, at most {:.0f} % of a group's\n",
+               s.shortened_steps, 100 * s.given_up);
   if (s.limited_steps > 0)
     fmt::print("  limited     {:.6g} J of energy were removed, in {} steps\n", s.energy_removed,
                s.limited_steps);
@@ -371,8 +380,9 @@ int run(const RunChoices& c) {
 
   if (c.threads > 1 && !has_threads())
     complain("--threads: this build has one thread (built without oneTBB); continuing with it");
-  Simulation sim =
-      Simulation::copy_of(scene->world, {scene->step, scene->substeps, c.threads, false, true});
+  StepSettings how = settings_of(*scene, c.threads);
+  how.watch = true;
+  Simulation sim = Simulation::copy_of(scene->world, how);
   Summary s;
   s.energy_start = s.energy_max = measure(sim.world).energy();
   const double cpu_before = cpu_seconds();
@@ -425,7 +435,8 @@ step_s, substeps, steps, simulated_s, bodies, joints, strings, articulations, wo
 worst_gap_rel, energy_start_j, energy_end_j, energy_max_j, ns_per_link_step_median,
 ns_per_link_step_p99, frame_ms_median, frame_ms_p99 (a step, without drawing),
 allocations_per_step, hash, frames_written, cpu_ms_per_frame (all threads, start-up excluded),
-worst_residual_m, rounds_max, limited_steps and energy_removed_j (by the energy limiter of auto),
+worst_residual_m, rounds_max, budget_ms, shortened_steps and given_up_max (substeps left out for
+the budget, at most as a fraction of a group's), limited_steps and energy_removed_j (by the energy limiter of auto),
 rescued_steps (failed in the integrator, taken by
 Euler's method), contacts (with force, at the end), contacts_max,
 contact_depth_m (worst overlap after a step), limit_hits (joints at a limit, at the end),

@@ -53,7 +53,18 @@ void add_scene_choices(const Subcommand& command, SceneChoices& choices) {
       .option("--substeps", choices.substeps,
               "number of equal parts that each step is divided into")
       .within(1, 1000);
+  command
+      .option("--budget", choices.budget_ms,
+              "milliseconds in which a step should be computed: beyond it bodies in contact give "
+              "way, with fewer substeps; the result depends on the machine")
+      .between(0.0, 1e6);
   command.option("--duration", choices.duration, "simulated seconds").between(1e-6, 1e6);
+}
+
+StepSettings settings_of(const Scene& scene, int threads) {
+  StepSettings how{scene.step, scene.substeps, threads};
+  how.budget = 1e-3 * scene.budget_ms;
+  return how;
 }
 
 void add_threads(const Subcommand& command, int& threads) {

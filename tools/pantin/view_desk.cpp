@@ -55,7 +55,8 @@ Camera Desk::home_camera() const {
 /// Takes over a scene; the camera is unchanged.
 void Desk::begin(Scene scene) {
   scene_ = std::move(scene);
-  how_ = {scene_.step, scene_.substeps, choices_.threads, false, true};
+  how_ = settings_of(scene_, choices_.threads);
+  how_.watch = true;
   turned_.clear();
   scenes_ = scenes_beside(choices_.path);
   leaf_ = place_of(choices_.path, scenes_);

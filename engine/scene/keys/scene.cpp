@@ -55,6 +55,11 @@ constexpr Key kScene[] = {
     whole<&S::substeps>("substeps", 1, 1000,
                         "Number of equal parts that each step is divided into.")
         .or_else(1),
+    number<&S::budget_ms>("budget_ms", "ms", kNotNegative,
+                          "Time in which a step should be computed. Bodies in contact give way "
+                          "beyond it: fewer substeps, softer contacts. Results then depend on the "
+                          "machine. 0: none.")
+        .or_else(0),
     number<&S::duration>("duration", "s", kDuration, "Duration of the scene.").or_else(5),
     number<&S::drift_bound>(
         "drift_bound", "", kPositive,

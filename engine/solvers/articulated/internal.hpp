@@ -8,7 +8,8 @@
 
 namespace pantin::detail {
 struct StepTask;
-}
+class Pace;
+}  // namespace pantin::detail
 
 namespace pantin::detail::articulated {
 
@@ -76,7 +77,7 @@ void set_targets(const World& world, Island& a, Real h);
 /// (gather_groups.cpp). step_group() takes a step of one group (step_group.cpp): dynamic bodies
 /// come first, then fixed and kinematic ones; contacts hold mean forces before and after.
 void gather_groups(const World& world, GroupScratch& r, Real h);
-void step_group(const Group& g, Real h);
+void step_group(const Group& g, Real h, Pace& pace);
 Mat3 inverse_inertia(const GroupBody& b, Quat rotation);
 
 /// Whether pins, cables or loops act on the island.

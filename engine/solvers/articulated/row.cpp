@@ -104,6 +104,16 @@ void measure(const World& world, Measures& m) {
   }
 }
 
+/// What groups gave up for the budget.
+void report_costs(const World& world, StepReport& report) {
+  for (const GroupCost& c : world.memory.of<Islands>().groups.costs) {
+    if (c.substeps >= c.planned) continue;
+    ++report.shortened;
+    const Real given_up = 1 - Real(c.substeps) / c.planned;
+    if (given_up > report.given_up) report.given_up = given_up, report.shortened_at = c.body;
+  }
+}
+
 void note_failure(const World& world, StepReport& report) {
   int limited = 0, jammed = 0;
   Real most = 0;
@@ -133,6 +143,7 @@ void report(const World& world, StepReport& report) {
   report.asleep += static_cast<int>(rest.sleepers.size());
   for (const RestLists::Sleeper& s : rest.sleepers)
     if (s.slot == kNoSlot) add(islands_of(world)[s.island]);
+  report_costs(world, report);
 }
 
 }  // namespace
@@ -155,6 +166,12 @@ const SolverRow kRow{.name = "articulated",
                      .measure = measure};
 
 }  // namespace pantin::detail::articulated
+
+namespace pantin {
+std::span<const GroupCost> group_costs(const World& world) {
+  return world.memory.of<detail::articulated::Islands>().groups.costs;
+}
+}  // namespace pantin
 
 namespace pantin::detail {
 template articulated::Islands& Memories::create();

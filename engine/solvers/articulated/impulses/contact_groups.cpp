@@ -240,6 +240,45 @@ void let_sleep(World& world, const Group& g, Real h) {
     if (f.per_mass > 0 && !list[f.island].asleep) fall_asleep(world, list[f.island]);
 }
 
+/// Relative cost of a substep: trees are traversed, contacts are solved.
+Real weight_of(const GroupScratch::Range& g) {
+  return 3 * static_cast<Real>(g.bodies) + static_cast<Real>(g.contacts) +
+         9 * static_cast<Real>(g.ties);
+}
+
+/// Prepares the division of the budget: weights times importance, as sums from each group to the
+/// last one.
+void weigh_groups(const World& world, GroupScratch& r, const Budget* budget) {
+  r.costs.clear();
+  if (!budget) return;
+  r.costs.resize(r.groups.size()), r.weights.assign(r.groups.size() + 1, 0);
+  for (std::size_t i = r.groups.size(); i-- > 0;) {
+    const GroupScratch::Range& g = r.groups[i];
+    const Entity body = world.bodies.owners()[r.bodies[g.first_body].slot];
+    const bool asks = budget->importance && *budget->importance;
+    const Real importance = asks ? std::max(Real(0), (*budget->importance)(body)) : 1;
+    r.weights[i] = r.weights[i + 1] + importance * weight_of(g), r.costs[i].body = body;
+  }
+}
+
+/// The pace of group i: its share of the time that is left, of all threads.
+Pace pace_of(const GroupScratch& r, std::size_t i, const StepTask& task) {
+  if (!task.budget) return {};
+  const Clock::time_point now = Clock::now();
+  const Real whole = r.weights[i], own = whole - r.weights[i + 1];
+  const Real share = whole > 0 ? std::min(Real(1), std::max(1, task.threads) * own / whole) : 0;
+  const auto time = std::chrono::duration_cast<Clock::duration>(share * (task.budget->until - now));
+  return {now + time, r.cost * weight_of(r.groups[i])};
+}
+
+/// Remembers what the weights cost, for the next step.
+void learn_cost(GroupScratch& r) {
+  Real seconds = 0, weight = 0;
+  for (std::size_t i = 0; i < r.costs.size(); ++i)
+    seconds += r.costs[i].seconds, weight += r.costs[i].substeps * weight_of(r.groups[i]);
+  if (weight > 0) r.cost = seconds / weight;
+}
+
 }  // namespace
 
 void step_contact_groups(World& world, const StepTask& task) {
@@ -264,7 +303,17 @@ void step_contact_groups(World& world, const StepTask& task) {
                  std::span(r.rest_rows).subspan(g.first_resting, g.resting),
                  world.time};
   };
-  for_each_island(r.groups.size(), task, [&](std::size_t i) { step_group(group(r.groups[i]), h); });
+  weigh_groups(world, r, task.budget);
+  for_each_island(r.groups.size(), task, [&](std::size_t i) {
+    Pace pace = pace_of(r, i, task);
+    const Clock::time_point from = task.budget ? Clock::now() : Clock::time_point{};
+    step_group(group(r.groups[i]), h, pace);
+    if (!task.budget) return;
+    GroupCost& cost = r.costs[i];
+    cost.seconds = std::chrono::duration<Real>(Clock::now() - from).count();
+    cost.substeps = pace.taken(), cost.planned = pace.planned();
+  });
+  learn_cost(r);
   for (const GroupScratch::Range& g : r.groups) write_group(world, group(g), h);
   for (const GroupScratch::Range& g : r.groups)
     for (const Group all = group(g); const GroupContact& c : all.contacts)

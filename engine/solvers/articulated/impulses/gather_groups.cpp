@@ -226,7 +226,7 @@ void gather_pairs(GroupScratch& r, const GroupScratch::Range& range) {
       ++to;
     GroupPair p;
     p.first = from, p.count = to - from, p.responses = r.numbers - range.first_number;
-    r.numbers += most_responses(p.count, contacts[from].rolling != kNoNode);
+    r.numbers += most_responses(3 * p.count + (contacts[from].rolling != kNoNode ? 3 : 0));
     r.pairs.push_back(p);
   }
 }

@@ -265,7 +265,7 @@ Vec3 strike(const Pair& pair, const GroupContact& c, Real speed) {
   at_once.impulse = Vec3(0), at_once.lead_a = c.arm_a, at_once.lead_b = c.arm_b;
   PairRows r;
   r.contacts[0] = &at_once, r.points = 1, r.rows = 3;
-  Real responses[most_responses(1, false)], speeds[padded(3)] = {};
+  Real responses[most_responses(3)], speeds[padded(3)] = {};
   write_responses(pair, r, responses);
   set_responses(at_once, responses, r.stride());
   set_speeds(pair, at_once, speeds);

@@ -23,6 +23,7 @@ struct Substep {
   int most_sweeps = 1;
   bool few_points = false;  // trees at few points: their impacts are iterated further
   bool strikes = false;     // of those: directly after an impact
+  bool in_haste = false;    // longer than accuracy asks for: see Pace
   bool alone = false;       // one body: shallow overlaps are closed at the end of the step
   Real enough = 0;          // m/s: tolerance of the iteration, of few bodies or points
 };
@@ -69,11 +70,9 @@ void place(const Group& g, GroupContact& c);
 /// Velocities are evaluated where the contact is half a substep later, so that points move along
 /// the chord of their path. Impulses act at the current position.
 void lead(const Group& g, GroupContact& c, Real h);
-/// Numbers of Group::numbers that the responses of a pair need.
-inline constexpr std::size_t most_responses(std::size_t points, bool rolls) {
-  const std::size_t rows = 3 * points + (rolls ? 3 : 0);
-  return rows * padded(rows);
-}
+/// Numbers of Group::numbers that the responses of a pair need: rows are three a point, and three
+/// of rolling friction.
+inline constexpr std::size_t most_responses(std::size_t rows) { return rows * padded(rows); }
 /// Computes the responses of the active contacts of a pair to one another: speeds along the axes of
 /// all, by impulses along the axes of each. Contacts that joints leave hardly any response become
 /// inactive.

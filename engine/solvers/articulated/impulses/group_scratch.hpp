@@ -4,6 +4,7 @@
 
 #include "engine/base/disjoint_sets.hpp"
 #include "engine/solvers/articulated/impulses/contact_groups.hpp"
+#include "engine/world/report.hpp"
 
 namespace pantin::detail::articulated {
 
@@ -41,6 +42,9 @@ struct GroupScratch {
   std::vector<EnvelopeRow> rest_rows;
   std::vector<Real> number_list;
   std::size_t numbers = 0;                     // of these, in use
+  std::vector<GroupCost> costs;                // by group, in a step with a budget
+  std::vector<Real> weights;                   // see weigh_groups()
+  Real cost = 0;                               // s, of a unit of weight in a substep
   std::vector<std::uint32_t> ends, roots;      // by column, while an island is gathered
   std::vector<std::uint32_t> links, numbered;  // while the rows of a factor are ordered
 };

@@ -15,6 +15,7 @@
 #include "engine/solvers/articulated/impulses/group_points.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/articulated/procedural/push_out.hpp"
+#include "engine/solvers/budget.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
@@ -46,7 +47,8 @@ constexpr std::size_t kManyTies = 24;
 constexpr Real kLeftOpen = 1e-3;
 /// m/s: tolerances of sweeps over trees, for the change of a contact's speed.
 constexpr Real kEnoughAtImpact = 0.06, kEnoughAtFewPoints = 3e-3;
-constexpr int kImpactSweepsOfTrees = 6, kSweepsOfFewPoints = 24, kBlowSweepsOfTrees = 400;
+constexpr int kSweepsInHaste = 2, kImpactSweepsOfTrees = 6, kSweepsOfFewPoints = 24,
+              kBlowSweepsOfTrees = 400;
 /// s: in shorter substeps the tolerance falls with the cube of their length, to keep symmetry.
 constexpr Real kSubstepOfFewPoints = 1 / 470.0;
 /// A contact with an impulse above kBlow times the previous one is an impact. A load moves no
@@ -333,6 +335,7 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   warm_start(g);
   Ending solved(g, s);
   const int sweeps = g.trees.empty() && g.ties.empty() ? 1
+                     : s.in_haste                      ? kSweepsInHaste
                      : s.strikes                       ? kBlowSweepsOfTrees
                      : s.few_points                    ? s.most_sweeps
                                                        : kImpactSweepsOfTrees;
@@ -441,7 +444,7 @@ bool is_bouncing(const Group& g) {
 
 }  // namespace
 
-void step_group(const Group& g, Real h) {
+void step_group(const Group& g, Real h, Pace& pace) {
   assert_gathered(g);
   const int substeps = substeps_of(g, h);
   join_rims(g, h);
@@ -472,9 +475,20 @@ void step_group(const Group& g, Real h) {
   for (GroupBody& b : g.bodies) b.from = b.pose.position;
   const bool rests = rest_group(g, h);
   if (rests) change_length(g, s.h / h);
-  for (int n = 0; n < substeps && !rests; ++n) {
-    s.part = {s.h, Real(n) / substeps, n + 1 == substeps ? 1 : Real(n + 1) / substeps, h};
+  s.part = {s.h, 0, 0, h};
+  bool in_haste = false;
+  for (int n = 0, left = rests ? 0 : substeps; left > 0; ++n, --left) {
+    if (const int fewer = pace.affordable(left); fewer < left) {
+      change_length(g, Real(left) / fewer);
+      s.h = s.reach = s.part.h = s.h * left / fewer;
+      set_springs(s, s.h);
+      s.few_points = false, s.in_haste = in_haste = true, left = fewer;
+    }
+    s.part.begin = s.part.end;
+    const Real after = in_haste ? s.part.begin + (1 - s.part.begin) / left : Real(n + 1) / substeps;
+    s.part.end = left == 1 ? 1 : after;
     take_parts(g, s, turned(Order::forwards, n));
+    pace.note_substep();
   }
   if (!s.hard) take_up(g, s, rests ? kForGood : h);
   const GroupPart end{0, 1, 1, h};
