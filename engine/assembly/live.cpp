@@ -21,6 +21,8 @@ constexpr Real kSoftest = 1e6, kStiffest = 1e-7, kSoften = 4, kHarden = 0.5, kSa
 /// the number of corrections.
 constexpr Real kJointError = 1e-7;
 constexpr int kCorrections = 4;
+/// Changes of the active set within an iteration.
+constexpr int kActiveSets = 4;
 /// rad: the largest rotation of an iteration.
 constexpr Real kMostTurn = 0.25;
 /// Compliance of laws, only so that dependent rows have pivots; of rows that a target leaves free.
@@ -38,6 +40,21 @@ Real weight_of(const LiveTarget& t, std::size_t row) {
 /// The joint error that needs no correction, m or rad.
 Real bound_of(const Island& m) {
   return kJointError * std::max({m.size, m.reach, std::sqrt(m.inertia[0].x)});
+}
+
+/// Whether one-sided rows have become active, or inactive, since the multipliers were solved for.
+/// Those that became active press until they are.
+bool takes_active_set(Part& part, std::span<const Real> pressing) {
+  Island& m = part.m;
+  bool changed = false;
+  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
+    if (!lagrangian::is_one_sided(m, i)) continue;
+    const std::uint32_t row = m.blocks[i].first_row;
+    const bool was = pressing[row] != 0;
+    changed = changed || m.memory[i].active != was;
+    if (m.memory[i].active && !was) m.scratch.lambda[row] = 1;
+  }
+  return changed;
 }
 
 /// The largest vector, m or rad.
@@ -115,6 +132,8 @@ void Live::compile() {
   }
   problem_ = make_problem(w, held_);
   states_.assign(problem_.parts.size(), {});
+  for (std::size_t p = 0; p < states_.size(); ++p)
+    states_[p].pressing.assign(problem_.parts[p].m.rows, 0);
   is_target_.clear();
   for (std::size_t p = 0; p < problem_.parts.size(); ++p) {
     const Island& m = problem_.parts[p].m;
@@ -183,11 +202,31 @@ Real Live::target_merit(std::size_t number, Real& worst) const {
   return sum;
 }
 
+/// A step towards the targets. If limits that it passes become active, or others inactive, it is
+/// solved again from where it began.
+void Live::step(std::size_t number) {
+  Part& part = problem_.parts[number];
+  Island& m = part.m;
+  std::vector<Real>& pressing = states_[number].pressing;
+  m.scratch.from = m.scratch.state;
+  for (int n = 0;; ++n) {
+    solve(part, number);
+    std::copy(m.scratch.lambda.begin(), m.scratch.lambda.end(), pressing.begin());
+    const Real turn = turn_of(part);
+    assembly::move(part, turn > kMostTurn ? kMostTurn / turn : 1);
+    look(problem_.world, part);
+    if (!m.unilateral || n == kActiveSets || !takes_active_set(part, pressing)) return;
+    m.scratch.state = m.scratch.from;
+    look(problem_.world, part);
+  }
+}
+
 /// Closes laws after a long step, also limits that it has passed, without targets: the least
-/// displacement that does.
+/// displacement that does. Limits that the targets press against stay active.
 Real Live::correct(std::size_t number, Real error) {
   Part& part = problem_.parts[number];
   Island& m = part.m;
+  const std::vector<Real>& pressing = states_[number].pressing;
   const Real bound = bound_of(m);
   for (int n = 0; n < kCorrections && error > bound; ++n) {
     set_weights(part, number);
@@ -198,6 +237,8 @@ Real Live::correct(std::size_t number, Real error) {
         m.scratch.weights[r] = kFree * part.units[r], m.scratch.right[r] = 0;
     }
     solve_equations(part);
+    for (std::size_t r = 0; r < pressing.size(); ++r)
+      if (pressing[r] != 0) m.scratch.lambda[r] = pressing[r];
     assembly::move(part, 1);
     look(problem_.world, part);
     error = joint_error(number);
@@ -217,11 +258,7 @@ void Live::iterate_part(std::size_t number, LiveReport& report) {
     state.known = true, state.merit = target_merit(number, unused);
     state.closed = false;
   }
-  solve(part, number);
-  m.scratch.from = m.scratch.state;
-  const Real turn = turn_of(part);
-  assembly::move(part, turn > kMostTurn ? kMostTurn / turn : 1);
-  look(w, part);
+  step(number);
   last_step_ = std::max(last_step_, largest(m.scratch.solution));
   count(w, part);
   Real error = correct(number, joint_error(number));

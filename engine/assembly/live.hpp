@@ -66,16 +66,18 @@ class Live {
   };
   struct PartState {
     Real softness = 1e-3;
-    Real merit = 0;       // of targets, after the last iteration
-    Real error = 0;       // of laws, then
-    bool closed = false;  // laws held before, and no target has moved
-    bool known = false;   // rows are evaluated at the present poses and targets
+    Real merit = 0;              // of targets, after the last iteration
+    Real error = 0;              // of laws, then
+    bool closed = false;         // laws held before, and no target has moved
+    bool known = false;          // rows are evaluated at the present poses and targets
+    std::vector<Real> pressing;  // by row: multipliers of the last step towards the targets
   };
 
   void compile();
   void place(const Followed& f);
   void set_weights(Part& part, std::size_t number);
   void solve(Part& part, std::size_t number);
+  void step(std::size_t number);
   Real joint_error(std::size_t number) const;
   Real target_merit(std::size_t number, Real& worst) const;
   Real correct(std::size_t number, Real error);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <pantin/assembler.hpp>
 #include <pantin/must.hpp>
+#include <pantin/pantin.hpp>
 
 #include "tests/assembly/mechanisms.hpp"
 
@@ -135,6 +136,50 @@ TEST_CASE("assembler: limits are respected while a hand pulls beyond them") {
   REQUIRE(pull.move(hand, Vec3(1, 0.2, 0)));
   for (int i = 0; i < 300; ++i) pull.iterate();
   CHECK(angle() == Approx(std::atan2(0.2, 1)).margin(1e-6));
+}
+
+namespace {
+
+/// A figure on its feet looks and reaches for a ball that circles in front of it, in steps of 2 mm.
+struct Reach {
+  Real far = 0, joints = 0;  // m, the largest errors after the first hundred steps
+  Vec3 elbow{0};             // where it is in the end
+};
+Reach reach(bool limited) {
+  World w;
+  w.default_settings.solver = Solver::lagrangian;
+  const Ragdoll doll = must(build_ragdoll(w, {}));
+  for (Link& l : w.links.values())
+    if (!limited) l.joint.limits = {};
+  Assembler figure(w);
+  for (const Entity foot : doll.feet) figure.hold(foot);
+  const Entity arm = doll.forearms[1];
+  const Vec3 tip{0, -0.13, 0}, rest = to_world(w.bodies[arm].pose, tip);
+  const Target hand = must(figure.add(PointTarget{.body = arm, .point = tip, .target = rest}));
+  const Target gaze = must(figure.add(
+      AimTarget{.body = doll.head, .direction = {0, 0, 1}, .target = {0, 1.6, 1}, .weight = 0.1}));
+  Reach r;
+  for (int i = 0; i < 600; ++i) {
+    const Real angle = 2 * kPi * i / 600;
+    const Vec3 ball = rest + Vec3(0.15 * (std::cos(angle) - 1), 0.3 + 0.2 * std::sin(angle), 0.3);
+    figure.move(hand, ball), figure.move(gaze, ball);
+    const AssemblerErrors e = figure.iterate();
+    r.joints = std::max(r.joints, e.joints);
+    if (i > 100) r.far = std::max(r.far, e.targets);
+  }
+  r.elbow = figure.world().bodies[arm].pose.position;
+  return r;
+}
+
+}  // namespace
+
+TEST_CASE("assembler: a hand in reach is followed as closely while limits press") {
+  const Reach free = reach(false), limited = reach(true);
+  CAPTURE(1e6 * free.far, 1e6 * limited.far);
+  CHECK(glm::distance(free.elbow, limited.elbow) > 0.01);
+  CHECK(free.far < 5e-5);
+  CHECK(limited.far < 5e-5);
+  CHECK(limited.joints < 1e-6);
 }
 
 TEST_CASE("assembler: held bodies stay, wrong targets are refused") {
