@@ -60,6 +60,7 @@ struct SolverChoices {
   // Of the Lagrangian solver:
   std::optional<Integrator> integrator;
   std::optional<Stabilisation> stabilisation;
+  std::optional<Jacobians> jacobians;
   std::optional<Real> step_tolerance;
   void apply(SolverSettings& settings) const;
 };

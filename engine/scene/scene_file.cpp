@@ -97,6 +97,7 @@ void SolverChoices::apply(SolverSettings& settings) const {
   settings.solver = solver.value_or(settings.solver);
   settings.integrator = integrator.value_or(settings.integrator);
   settings.stabilisation = stabilisation.value_or(settings.stabilisation);
+  settings.jacobians = jacobians.value_or(settings.jacobians);
   settings.step_tolerance = step_tolerance.value_or(settings.step_tolerance);
   if (!info_of(settings.integrator).takes_tolerance) settings.step_tolerance = 0;
 }

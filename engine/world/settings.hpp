@@ -1,6 +1,7 @@
 #pragma once
 /// Solver settings of an island.
 #include <cstdint>
+#include <string_view>
 
 #include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
@@ -27,6 +28,14 @@ enum class Stabilisation : std::uint8_t {
 };
 constexpr Stabilisation last_of(Stabilisation) { return Stabilisation::none; }
 
+/// Jacobians of surface joints in the Lagrangian solver and in assembly.
+enum class Jacobians : std::uint8_t {
+  analytic,          // closed forms
+  differences,       // central differences, extrapolated once; for comparison
+  squared_distance,  // the same of the squared distance; for comparison [Nelson & Cohen, Eqn 3]
+};
+constexpr Jacobians last_of(Jacobians) { return Jacobians::squared_distance; }
+
 /// The length^2 that the rule of the paper takes for its `h` [Lee 2000, sec. 3.2].
 enum class ProceduralReluctance : std::uint8_t {
   inertia_over_mass,  // I / m
@@ -50,6 +59,7 @@ struct SolverSettings {
   // Lagrangian solver:
   Integrator integrator = Integrator::rk4;
   Stabilisation stabilisation = Stabilisation::projection;
+  Jacobians jacobians = Jacobians::analytic;
   Real baumgarte = 0;  // euler: fraction of the gap closed in a step (0: 0.2); others: rate, 1/s
                        // (0: 5)
   Real step_tolerance =
@@ -69,6 +79,7 @@ struct SolverSettings {
     field("procedural_reluctance", self.procedural_reluctance);
     field("integrator", self.integrator);
     field("stabilisation", self.stabilisation);
+    field("jacobians", self.jacobians);
     field("baumgarte", self.baumgarte);
     field("step_tolerance", self.step_tolerance);
     field("damping_ratio", self.damping_ratio);
@@ -81,6 +92,9 @@ const char* name_of(Solver solver);
 bool solver_from_name(const char* name, Solver& solver);
 
 namespace detail {
+/// Words of Jacobians in files, in its order.
+inline constexpr std::string_view kJacobianNames[] = {"analytic", "differences",
+                                                      "squared_distance"};
 /// Why no step can be computed with the settings, as a clause, or null. The bounds are those of the
 /// scene keys, except that counts may be larger.
 const char* settings_fault(const SolverSettings& settings);

@@ -273,7 +273,7 @@ class Program {
     s.stabilisation = static_cast<Stabilisation>(bytes_.pick(3));
     if (bytes_.chance(8)) s.tolerance = bytes_.number(), s.rotation_stiffness = bytes_.number();
     if (bytes_.chance(8)) s.stall_drop = bytes_.number(), s.sleep_speed = bytes_.number();
-    if (bytes_.chance(8)) s.baumgarte = bytes_.number();
+    if (bytes_.chance(8)) s.baumgarte = bytes_.number(), s.jacobians = Jacobians(bytes_.pick(3));
     if (bytes_.chance(8)) s.sweeps = static_cast<int>(bytes_.pick(40)) - 4;
     return s;
   }

@@ -27,9 +27,10 @@ KINDS = {"engine/world/kinematic_path.hpp": "engine/world/paths/",
 # body in a pose that a figure follows. What a filter of contacts is asked, and whose threads step.
 # A joint of any kind, its parameters and what acts along its coordinates. Laminas and their contact
 # modes; lines to look at.
+# How surface joints are differentiated.
 # Assembly: its result, a length that is free, three kinds of targets, their handle, errors, and the assembler that follows them.
 MOST_HEADERS = 69
-MOST_TYPES = {"core": 140, "with scenes and pictures": 154}
+MOST_TYPES = {"core": 141, "with scenes and pictures": 155}
 
 TOKEN = re.compile(r"""
     (?P<namespace>\bnamespace\b\s*(?P<name>[\w:]*)\s*\{)

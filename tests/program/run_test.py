@@ -253,7 +253,7 @@ class Run(unittest.TestCase):
     def test_options_of_the_lagrangian_solver_are_refused_where_they_do_nothing(self):
         for command in ("run", "check", "bench"):
             for option, value in (("--integrator", "rk4"), ("--tolerance", "1e-6"),
-                                  ("--stabilisation", "none")):
+                                  ("--stabilisation", "none"), ("--jacobians", "differences")):
                 with self.subTest(command=command, option=option):
                     done = pantin(command, CHAIN, option, value)
                     self.assertEqual(done.returncode, 2)
@@ -262,7 +262,8 @@ class Run(unittest.TestCase):
         self.assert_refused(pantin("run", CHAIN, "--solver", "lagrangian", "--integrator", "euler",
                                    "--tolerance", "1e-6"), "--tolerance", '"euler"', 'rk4 or radau only')
         for option, value in (("--integrator", "rk5"), ("--tolerance", "0"), ("--tolerance", "-1"),
-                              ("--tolerance", "nan"), ("--stabilisation", "some")):
+                              ("--tolerance", "nan"), ("--stabilisation", "some"),
+                              ("--jacobians", "exact")):
             with self.subTest(option=option, value=value):
                 self.assert_refused(pantin("run", CHAIN, "--solver", "lagrangian", option, value),
                                     option)

@@ -127,10 +127,12 @@ TEST_CASE("Gears of a prefab couple the joints of each copy") {
 
 TEST_CASE("Settings of the Lagrangian solver are read") {
   const SolverSettings s = settings(R"("type": "lagrangian", "integrator": "implicit",
-"stabilisation": "baumgarte", "baumgarte": 8, "damping_ratio": 0.5)");
+"stabilisation": "baumgarte", "jacobians": "squared_distance", "baumgarte": 8,
+"damping_ratio": 0.5)");
   CHECK((s.solver == Solver::lagrangian && s.integrator == Integrator::implicit));
   CHECK(
       (s.stabilisation == Stabilisation::baumgarte && s.baumgarte == 8 && s.damping_ratio == 0.5));
+  CHECK(s.jacobians == Jacobians::squared_distance);
   CHECK(settings(R"("step_tolerance": 1e-6)").step_tolerance == 1e-6);
   CHECK(settings("").integrator == Integrator::rk4);
 }

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
+#include "engine/solvers/lagrangian/surface_differences.hpp"
 #include "engine/world/ties.hpp"
 #include "tests/nurbs/data.hpp"
 #include "tests/solvers/surfaces.hpp"
@@ -279,4 +280,111 @@ TEST_CASE("surfaces: the paper's C_roll, differenced once, gives the gammas of t
             Approx(-glm::dot(turn * (i == 0 ? p.u : p.v), slip_rate)).margin(1e-8));
     }
   }
+}
+
+namespace {
+
+/// The same bodies, moved until they touch and rolling there.
+void let_roll(Meeting3& m) {
+  RowsAt now = rows_at(m, 0);
+  const Vec3 arm = lag::islands_of(m.world)[0].scratch.touching[0].arm[0];
+  m.from[0].position -= now.c[0] * now.j[0];
+  const Vec3 place = m.from[0].position + arm;
+  m.from[0].velocity = m.from[1].velocity +
+                       glm::cross(m.from[1].angular_velocity, place - m.from[1].position) -
+                       glm::cross(m.from[0].angular_velocity, arm);
+}
+
+/// The rows of a meeting with other Jacobians.
+RowsAt rows_with(Meeting3& m, Jacobians jacobians) {
+  ready(m.world).settings.jacobians = jacobians;
+  return rows_at(m, 0);
+}
+
+/// The largest difference of the Jacobians of rows `from` to 3, and of gamma, relative.
+std::pair<Real, Real> apart(const RowsAt& x, const RowsAt& y, std::size_t from = 0) {
+  Real j = 0, gamma = 0;
+  for (std::size_t i = 4 * from; i < 16; ++i) j = std::max(j, glm::length(x.j[i] - y.j[i]));
+  for (std::size_t r = from; r < 4; ++r)
+    gamma = std::max(gamma, std::abs(x.gamma[r] - y.gamma[r]) / (1 + std::abs(x.gamma[r])));
+  return {j, gamma};
+}
+
+}  // namespace
+
+TEST_CASE("surfaces: rows by differences agree with the closed forms where bodies touch and roll") {
+  std::mt19937 random(8);
+  Real worst_j = 0, worst_gamma = 0;
+  for (int n = 0; n < 40; ++n) {
+    Meeting3 m = meeting(skins(n % 4), random);
+    let_roll(m);
+    const auto [j, gamma] =
+        apart(rows_with(m, Jacobians::analytic), rows_with(m, Jacobians::differences));
+    worst_j = std::max(worst_j, j), worst_gamma = std::max(worst_gamma, gamma);
+  }
+  CAPTURE(worst_j, worst_gamma);
+  CHECK(worst_j <= 2e-11);
+  CHECK(worst_gamma <= 2e-11);
+  CHECK(worst_j > 0);  // they are other numbers
+}
+
+TEST_CASE("surfaces: differences are of order 2, and 4 when extrapolated") {
+  std::mt19937 random(12);
+  for (int n = 0; n < 8; ++n) {
+    Meeting3 m = meeting(skins(n % 4), random);
+    let_roll(m), rows_at(m, 0);
+    const lag::Island& island = lag::islands_of(m.world)[0];
+    const auto slopes = [&](Real step, bool extrapolated) {
+      const lag::ContactSlopes s = lag::contact_slopes(m.world, island, 0, {step, extrapolated});
+      REQUIRE(s.status == nurbs::ContactStatus::found);
+      return s;
+    };
+    const lag::ContactSlopes exact = slopes(1e-3, true);
+    const auto error = [&](Real step, bool extrapolated) {
+      const lag::ContactSlopes s = slopes(step, extrapolated);
+      Real worst = 0;
+      for (int i = 0; i < 12; ++i)
+        worst = std::max({worst, glm::length(s.on_a[i] - exact.on_a[i]),
+                          glm::length(s.on_b[i] - exact.on_b[i])});
+      return worst;
+    };
+    INFO(n);
+    CHECK(std::log2(error(0.02, false) / error(0.01, false)) == Approx(2).margin(0.1));
+    CHECK(std::log2(error(0.02, true) / error(0.01, true)) == Approx(4).margin(0.25));
+  }
+}
+
+TEST_CASE("surfaces: the squared distance has a gradient of twice the gap, and none at contact") {
+  std::mt19937 random(6);
+  for (int n = 0; n < 20; ++n) {
+    Meeting3 m = meeting(skins(n % 4), random);
+    const RowsAt gap = rows_with(m, Jacobians::analytic),
+                 squared = rows_with(m, Jacobians::squared_distance);
+    INFO(n << ", gap " << gap.c[0]);
+    CHECK(std::abs(squared.c[0]) == Approx(gap.c[0] * gap.c[0]).epsilon(1e-12));
+    for (std::size_t i = 0; i < 4; ++i)
+      CHECK(glm::length(squared.j[i] - 2 * std::abs(gap.c[0]) * gap.j[i]) <= 1e-9);
+    ready(m.world).settings.jacobians = Jacobians::analytic;
+    let_roll(m);
+    const RowsAt touching = rows_with(m, Jacobians::squared_distance);
+    for (std::size_t i = 0; i < 4; ++i) CHECK(touching.j[i] == Vec3(0));
+    // Rolling is held as before.
+    CHECK(apart(rows_with(m, Jacobians::analytic), touching, 1).first <= 1e-9);
+  }
+}
+
+TEST_CASE("surfaces: differences lose a contact within a step of its rim, closed forms do not") {
+  // A ball on a plate of 2 m, whose size is less than that of the ball, 1e-4 m from the rim.
+  const auto step_with = [](Jacobians jacobians) {
+    World w = exact_world(Integrator::rk4);
+    w.gravity = Vec3(0), w.default_settings.jacobians = jacobians;
+    Body plate;
+    plate.motion = Motion::fixed;
+    const Entity on = w.add_body(plate), ball = w.add_body(solid_ball(1, 2, {1 - 1e-4, 2, 0}));
+    touch(w, {ball, ball_skin(Vec3(2)), on, flat_skin(2)}, SurfaceMotion::rolling);
+    Simulation sim(std::move(w), {1e-3});
+    return sim.step().status;
+  };
+  CHECK(step_with(Jacobians::analytic) == Status::ok);
+  CHECK(step_with(Jacobians::differences) == Status::contact_lost);
 }

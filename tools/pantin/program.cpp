@@ -38,6 +38,7 @@ SolverChoices solver_choices(const SceneChoices& c) {
     choices.stabilisation = *c.stabilisation == "projection"  ? Stabilisation::projection
                             : *c.stabilisation == "baumgarte" ? Stabilisation::baumgarte
                                                               : Stabilisation::none;
+  if (c.jacobians) choices.jacobians = jacobians_named(*c.jacobians);
   choices.step_tolerance = c.tolerance;
   return choices;
 }
@@ -47,6 +48,7 @@ std::string idle_option(const SceneChoices& c, const World& world) {
   const char* option = c.integrator      ? "--integrator"
                        : c.tolerance     ? "--tolerance"
                        : c.stabilisation ? "--stabilisation"
+                       : c.jacobians     ? "--jacobians"
                                          : nullptr;
   if (!option) return {};
   const SolverSettings* odd = nullptr;  // supports no tolerance
@@ -106,6 +108,11 @@ std::vector<Error> contradictions(const std::string& path, Scene& scene) {
 }
 
 }  // namespace
+
+Jacobians jacobians_named(const std::string& word) {
+  const auto* at = std::find(std::begin(kJacobianNames), std::end(kJacobianNames), word);
+  return static_cast<Jacobians>(at - std::begin(kJacobianNames));
+}
 
 std::string words_of_lost_contact(const World& world, const StepReport& report) {
   const std::string_view fault = report.contact_fault;

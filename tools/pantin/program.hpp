@@ -40,15 +40,19 @@ std::string schema_text();
 
 /// Overrides of a scene's run settings by the command line.
 struct SceneChoices {
-  std::optional<std::string> solver, integrator, stabilisation;
+  std::optional<std::string> solver, integrator, stabilisation, jacobians;
   std::optional<double> step, duration;  // s
   std::optional<double> tolerance;       // of a step
   std::optional<int> substeps;
   std::optional<double> budget_ms;
 };
-/// --solver, --integrator, --tolerance, --stabilisation, --step, --substeps, --budget, --duration,
-/// with their bounds. The words of the solvers that a whole scene may be given.
+/// The words of the solvers that a whole scene may be given.
 std::vector<std::string> solver_words();
+/// Those of Jacobians, and the one that a word of them names.
+std::vector<std::string> jacobian_words();
+Jacobians jacobians_named(const std::string& word);
+/// --solver, --integrator, --tolerance, --stabilisation, --jacobians, --step, --substeps,
+/// --budget, --duration, with their bounds.
 void add_scene_choices(const Subcommand& command, SceneChoices& choices);
 /// The settings of a scene's steps.
 StepSettings settings_of(const Scene& scene, int threads);

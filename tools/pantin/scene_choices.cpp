@@ -28,6 +28,10 @@ std::vector<std::string> solver_words() {
   return words;
 }
 
+std::vector<std::string> jacobian_words() {
+  return {std::begin(detail::kJacobianNames), std::end(detail::kJacobianNames)};
+}
+
 void add_scene_choices(const Subcommand& command, SceneChoices& choices) {
   command
       .option("--solver", choices.solver,
@@ -48,6 +52,11 @@ void add_scene_choices(const Subcommand& command, SceneChoices& choices) {
       .option("--stabilisation", choices.stabilisation,
               "of lagrangian: projection, baumgarte or none")
       .one_of({"projection", "baumgarte", "none"});
+  command
+      .option("--jacobians", choices.jacobians,
+              fmt::format("of lagrangian, for surface joints: {}; for comparison",
+                          fmt::join(jacobian_words(), ", ")))
+      .one_of(jacobian_words());
   command.option("--step", choices.step, "step length in seconds, up to 1").between(1e-6, 1.0);
   command
       .option("--substeps", choices.substeps,

@@ -71,6 +71,11 @@ constexpr Key kSolver[] = {
     word<&S::stabilisation>("stabilisation", kStabilisations,
                             "Of lagrangian: correction of constraint drift. projection: back onto "
                             "the constraints after every step. The others are for comparison."),
+    word<&S::jacobians>("jacobians", kJacobianNames,
+                        "Of lagrangian and of assembly: derivatives of surface joints. analytic: "
+                        "closed forms. The others are for comparison. differences: central "
+                        "differences, extrapolated once. squared_distance: the same of the squared "
+                        "distance, whose gradient vanishes where surfaces touch."),
     number<&S::baumgarte>(
         "baumgarte", "", kNotNegative,
         "Of lagrangian, with that stabilisation. euler: fraction of a gap closed in a step, at "

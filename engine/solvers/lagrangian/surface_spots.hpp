@@ -107,5 +107,18 @@ inline bool has_ended(const Spots& s, std::size_t n) {
 }
 /// Pose of a in b in the present state of the solver.
 Pose a_in_b_now(const Spots& s);
+/// Pose of a body or frame in the present state of the solver. Euler's step moves frames by their
+/// rotation matrix, so that of a moving frame is read from it (surfaces.cpp).
+Pose pose_of(const Island& m, std::uint32_t body);
+/// A tangent of b and its rate as seen from b, for the normal n and its rate: across the normal,
+/// towards an axis of b; for planar curves, within their plane.
+struct Tangent {
+  Vec3 t{0}, rate{0};
+};
+Tangent tangent_of(const SurfaceContact& c, Vec3 n, Vec3 n_rate);
+/// Whether the block after that of a gap is its rolling.
+inline bool has_rolling(const Island& m, std::size_t block) {
+  return block + 1 < m.blocks.size() && m.blocks[block + 1].kind == BlockKind::roll;
+}
 
 }  // namespace pantin::detail::lagrangian

@@ -14,10 +14,30 @@
 #include <algorithm>
 
 #include "engine/nurbs/curve_pair.hpp"
-#include "engine/solvers/lagrangian/internal.hpp"
-#include "engine/world/surface_start.hpp"
+#include "engine/solvers/lagrangian/surface_differences.hpp"
+#include "engine/solvers/lagrangian/surface_spots.hpp"
 
 namespace pantin::detail::lagrangian {
+
+Pose pose_of(const Island& m, std::uint32_t body) {
+  const BodyState& at = m.scratch.body_states[body];
+  const bool has_rotation = body < m.count() || at.angular_velocity == Vec3(0);
+  return {at.position,
+          has_rotation ? at.rotation : glm::normalize(glm::quat_cast(at.rotation_matrix))};
+}
+
+Tangent tangent_of(const SurfaceContact& c, Vec3 n, Vec3 n_rate) {
+  if (c.on_b.curve) return {{-n.y, n.x, 0}, {-n_rate.y, n_rate.x, 0}};
+  Vec3 e(0);
+  const Vec3 size = glm::abs(n);
+  e[size.x <= size.y && size.x <= size.z ? 0 : size.y <= size.z ? 1 : 2] = 1;
+  const Vec3 p = e - glm::dot(n, e) * n;
+  const Vec3 rate = -(glm::dot(n, e) * n_rate + glm::dot(n_rate, e) * n);
+  const Real inverse = 1 / glm::length(p);
+  const Vec3 t = inverse * p;
+  return {t, inverse * (rate - glm::dot(t, rate) * t)};
+}
+
 namespace {
 
 using nurbs::ContactStatus;
@@ -47,14 +67,6 @@ nurbs::PlacePair predicted(const SurfaceContact& c, const SurfaceCoordinates& t,
   };
   go(c.on_a, to.a, &t.rates[0]), go(c.on_b, to.b, &t.rates[2]);
   return to;
-}
-
-/// Euler's step moves frames by their rotation matrix, so a moving frame is read from it.
-Pose pose_of(const Island& m, std::uint32_t body) {
-  const BodyState& at = m.scratch.body_states[body];
-  const bool has_rotation = body < m.count() || at.angular_velocity == Vec3(0);
-  return {at.position,
-          has_rotation ? at.rotation : glm::normalize(glm::quat_cast(at.rotation_matrix))};
 }
 
 /// A contact at the current state.
@@ -87,23 +99,6 @@ nurbs::Twist twist_of(const Contact3& k) {
           back * (k.a.angular_velocity - k.b.angular_velocity)};
 }
 
-/// A tangent and its rate as seen from b: across the normal, towards an axis of b; for planar
-/// curves, within their plane.
-struct Tangent {
-  Vec3 t{0}, rate{0};
-};
-Tangent tangent_of(const SurfaceContact& c, Vec3 n, Vec3 n_rate) {
-  if (c.on_b.curve) return {{-n.y, n.x, 0}, {-n_rate.y, n_rate.x, 0}};
-  Vec3 e(0);
-  const Vec3 size = glm::abs(n);
-  e[size.x <= size.y && size.x <= size.z ? 0 : size.y <= size.z ? 1 : 2] = 1;
-  const Vec3 p = e - glm::dot(n, e) * n;
-  const Vec3 rate = -(glm::dot(n, e) * n_rate + glm::dot(n_rate, e) * n);
-  const Real inverse = 1 / glm::length(p);
-  const Vec3 t = inverse * p;
-  return {t, inverse * (rate - glm::dot(t, rate) * t)};
-}
-
 void write_row(const Vec3 (&arm)[2], Vec3 along, Vec3* j) {
   j[0] = along, j[1] = glm::cross(arm[0], along);
   j[2] = -along, j[3] = -glm::cross(arm[1], along);
@@ -118,8 +113,7 @@ void clear_rows(Island& m, const Block& b) {
 
 /// The rolling block that follows a gap block, or null.
 const Block* roll_of(const Island& m, std::size_t block) {
-  const bool has = block + 1 < m.blocks.size() && m.blocks[block + 1].kind == BlockKind::roll;
-  return has ? &m.blocks[block + 1] : nullptr;
+  return has_rolling(m, block) ? &m.blocks[block + 1] : nullptr;
 }
 
 /// Tracks the pair to the current poses and stores its parameters. False: the pair is lost.
@@ -261,6 +255,7 @@ void write_surface(const World& world, Island& m, std::size_t block, Want want) 
   scratch.gamma[b.first_row] = 0;
   if (roll) std::fill_n(&scratch.gamma[roll->first_row], roll->rows, 0.0);
   if (want.gamma) write_gammas(m, k, block, now);
+  if (m.settings.jacobians != Jacobians::analytic) write_differences(world, m, block, want);
   if (scratch.leaves_gaps && found.gap_follows) {
     clear_rows(m, b);
     scratch.c[b.first_row] = gap;
