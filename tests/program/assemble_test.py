@@ -85,6 +85,45 @@ class Assemble(unittest.TestCase):
                 told = self.told(out, "--scatter", "0.2", "--seed", "3")
                 self.assertLess(told["residual"], 1e-12)
 
+    def test_the_last_arm_of_bent_pieces_gets_the_least_length_that_reaches(self):
+        text = (SCENES / "bendy_flexible.json").read_text()
+        whole, free = '"anchor_a": [0, 0.33, 0]', '  "free": ["joints/last/anchor_a"],\n'
+        self.assertIn(whole, text)
+        self.assertIn(free, text)
+
+        def assembled(arm, frees, code=0):
+            path = self.folder / "arm.json"
+            anchor = whole.replace("[0, 0.33, 0]", json.dumps(arm))
+            path.write_text(text.replace(whole, anchor).replace(free, free if frees else ""))
+            return self.told(path, "--starts", "4", code=code)
+
+        # It is long enough: nothing changes.
+        change = assembled([0, 0.33, 0], True)["design"][0]
+        self.assertLess(math.dist(change["before"], change["after"]), 1e-9)
+        # It is too short: both corners open as far as they may, and the arm reaches just so far.
+        told = assembled([0, 0.25, 0], True)
+        self.assertEqual(set(told["at_limits"]), {"bend_1", "bend_4"})
+        least = told["design"][0]["after"]
+        self.assertGreater(math.dist(least, [0, 0.25, 0]), 0.04)
+        self.assertLess(math.dist(least, [0, 0.25, 0]), 0.06)
+        self.assertEqual(assembled(least, False)["status"], "assembled")
+        shorter = [a + 0.99 * (b - a) for a, b in zip([0, 0.25, 0], least)]
+        assembled(shorter, False, code=3)
+
+    def test_jacobians_by_differences_close_the_same_contacts(self):
+        iterations = {}
+        for jacobians in ("analytic", "differences", "squared_distance"):
+            told = self.told(SCENES / "egg_in_bowl.json", "--scatter", "0.2", "--seed", "1",
+                             "--jacobians", jacobians)
+            self.assertEqual(told["status"], "assembled")
+            iterations[jacobians] = told["iterations"]
+        self.assertEqual(iterations["differences"], iterations["analytic"])
+        # The gradient of the squared distance vanishes with it: the gap halves in each iteration.
+        self.assertGreater(iterations["squared_distance"], 2 * iterations["analytic"])
+        refused = pantin("assemble", SCENES / "egg_in_bowl.json", "--jacobians", "exact")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("--jacobians", refused.stderr)
+
     def test_held_bodies_stay(self):
         out = self.folder / "held.json5"
         # Its hinge D is far away. The scene may follow the option.

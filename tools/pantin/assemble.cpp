@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 #include <fmt/ranges.h>
+#include <time.h>
 
 #include <algorithm>
 #include <chrono>
@@ -14,7 +15,6 @@
 #include "engine/scene/json/words.hpp"
 #include "tools/pantin/assemble.hpp"
 #include "tools/pantin/command_line.hpp"
-#include "tools/pantin/pictures.hpp"
 #include "tools/pantin/program.hpp"
 
 namespace pantin::program {
@@ -27,8 +27,6 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-/// s: how long pictures show one iteration.
-constexpr double kShown = 0.15;
 constexpr std::size_t kMostTold = 8;
 
 struct AssembleChoices {
@@ -36,6 +34,7 @@ struct AssembleChoices {
   std::vector<std::string> hold, free;
   double tolerance = 1e-12;
   std::optional<double> scatter;
+  std::optional<std::string> jacobians;
   int iterations = 400, starts = 24, seed = 1, trials = 0, threads = 1;
   PictureChoices pictures;
   bool json = false;
@@ -55,7 +54,7 @@ struct Assembled {
   std::vector<SceneFree> free;
   AssemblyReport report;
   std::vector<TraceRow> trace;
-  std::vector<std::vector<Pose>> shown;  // for pictures: of all bodies, by iteration
+  AssemblyFilm film;
   double seconds = 0;
 };
 
@@ -119,21 +118,34 @@ AssemblyChoices choices_of(const AssembleChoices& c, std::vector<Entity> held,
   return choices;
 }
 
+/// s: CPU time of this thread, which other programs do not lengthen.
+double spent() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
 void run_once(Assembled& a, AssemblyChoices choices) {
   const EndsAtOnce while_nothing_is_written;
   const bool draws = a.c.pictures.wanted();
   World seen = a.scene.world;
   const Clock::time_point begin = Clock::now();
+  const double spent_before = spent();
   choices.watch = [&](const Iteration& i) {
-    const std::chrono::duration<double> passed = Clock::now() - begin;
-    a.trace.push_back({i.number, passed.count(), i.residual, i.merit, i.damping});
+    a.trace.push_back({i.number, spent() - spent_before, i.residual, i.merit, i.damping});
     if (!draws) return;
     write_poses(*i.part, seen);
-    a.shown.emplace_back();
-    for (const Body& b : seen.bodies.values()) a.shown.back().push_back(b.pose);
+    a.film.residuals.push_back(i.residual);
+    a.film.poses.emplace_back();
+    for (const Body& b : seen.bodies.values()) a.film.poses.back().push_back(b.pose);
   };
   a.report = assemble(a.scene.world, choices);
   a.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  if (!draws || a.free.empty()) return;
+  // The least change of the design follows the iterations.
+  a.film.residuals.push_back(a.report.residual);
+  a.film.poses.emplace_back();
+  for (const Body& b : a.scene.world.bodies.values()) a.film.poses.back().push_back(b.pose);
 }
 
 std::vector<std::string> names_of(const World& world, const std::vector<Entity>& all) {
@@ -233,34 +245,6 @@ int write_trace(const Assembled& a) {
   return write_or_complain(a.c.trace, text);
 }
 
-/// Frames and films of the iterations, each shown for kShown seconds.
-int draw(Assembled& a) {
-  Scene shown = a.scene;
-  const auto place = [&](std::size_t iteration) {
-    for (std::size_t b = 0; b < a.shown[iteration].size(); ++b)
-      shown.world.bodies.values()[b].pose = a.shown[iteration][b];
-  };
-  if (a.shown.empty()) return kOk;
-  place(0);
-  shown.step = kShown, shown.duration = kShown * static_cast<double>(a.shown.size());
-  auto opened = Pictures::open(a.c.pictures, shown, steps_of(shown));
-  const auto fail = [](const PictureFailure& f) {
-    for (const Error& e : f.errors) complain(e.message);
-    return f.exit_code;
-  };
-  if (auto* f = std::get_if<PictureFailure>(&opened)) return fail(*f);
-  Pictures& pictures = *std::get<0>(opened);
-  for (std::size_t i = 0; i < a.shown.size(); ++i) {
-    pictures.before_step(shown.world);
-    place(i);
-    ++shown.world.tick, shown.world.time += kShown;
-    if (!pictures.after_step(shown.world, a.trace[i].residual)) break;
-  }
-  const auto finished = pictures.finish();
-  if (const auto* f = std::get_if<PictureFailure>(&finished)) return fail(*f);
-  return kOk;
-}
-
 /// Writes the scene with its new poses and reads it again.
 int write_scene(const Assembled& a) {
   const auto text = read_text(a.c.scene, SceneLimits{}.bytes, "a scene file");
@@ -347,7 +331,9 @@ int assemble_scene(const AssembleChoices& c) {
     complain(idle);
     return kUsage;
   }
-  Result<Scene> loaded = load_scene(c.scene);
+  SolverChoices solver;
+  if (c.jacobians) solver.jacobians = jacobians_named(*c.jacobians);
+  Result<Scene> loaded = load_scene(c.scene, {}, solver);
   if (!loaded) {
     for (const Error& e : loaded.errors()) print_error(e.message);
     return kUsage;
@@ -373,7 +359,7 @@ int assemble_scene(const AssembleChoices& c) {
   if (!a.report.assembled) complain(c.scene + ": " + words_of_failure(a));
   for (const int failed :
        {c.out.empty() ? kOk : write_scene(a), c.trace.empty() ? kOk : write_trace(a),
-        c.pictures.wanted() ? draw(a) : kOk})
+        c.pictures.wanted() ? draw_assembly(c.pictures, scene, a.film) : kOk})
     if (failed != kOk) code = failed;
   return code;
 }
@@ -401,8 +387,8 @@ Examples:
   pantin assemble assets/scenes/marionette.json --scatter 0.3 --video out/assembled.mp4
 
 --out writes the scene with "poses", in full precision; it loads and checks. --trace writes
-iteration, seconds, residual (the largest, m or rad), merit (half the weighted sum of squares) and
-damping, one row an iteration.
+iteration, seconds (CPU time), residual (the largest, m or rad), merit (half the weighted sum of
+squares) and damping, one row an iteration.
 
 --json prints scene, title, status, method, tolerance, residual, iterations, restarts,
 perturbations, seed, turned_over (bodies turned off a spurious branch), brought_into_contact,
@@ -422,6 +408,11 @@ void add_assemble(CommandLine& program) {
   for (const Method& m : methods())
     about += fmt::format("{}{}: {}", about.empty() ? "" : "; ", m.name, m.about);
   command.option("--method", c->method, about).one_of(method_words());
+  command
+      .option("--jacobians", c->jacobians,
+              fmt::format("of surface joints: {}; for comparison, instead of those of the scene",
+                          fmt::join(jacobian_words(), ", ")))
+      .one_of(jacobian_words());
   command
       .option("--tolerance", c->tolerance,
               "largest residual that counts as closed, m or rad; 1e-12 by default")
@@ -462,9 +453,17 @@ void add_assemble(CommandLine& program) {
       .option("--video", c->pictures.video, "film of the iterations, .mp4 or .mkv (needs ffmpeg)")
       .type(kFileType)
       .ends_in({".mp4", ".mkv"});
-  command.option("--strip", c->pictures.strip, "PNG file of twelve pictures in rows")
+  command.option("--gif", c->pictures.gif, "moving picture of the iterations (needs ffmpeg)")
+      .type(kFileType)
+      .ends_in({".gif"});
+  command.option("--strip", c->pictures.strip, "PNG file of pictures in rows, 6 x 2 by default")
       .type(kFileType)
       .ends_in({".png"});
+  command.option("--strip-columns", c->pictures.strip_columns, "pictures in a row of the strip")
+      .within(1, 20);
+  command.option("--strip-rows", c->pictures.strip_rows, "rows of the strip").within(1, 20);
+  command.option("--fps", c->pictures.fps, "frames per second; by default the scene's")
+      .between(0.1, 1000.0);
   command.option("--size", c->pictures.size, "in pixels; by default the scene's")
       .type("WIDTHxHEIGHT");
   command.flag("--json", c->json, "print one JSON object instead of text");

@@ -1,5 +1,5 @@
 #pragma once
-// Poses and design variables of a scene written into its file.
+// Parts of `pantin assemble`: poses and design variables written into a scene file, pictures.
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
@@ -9,6 +9,7 @@
 #include "engine/scene/build/joint_place.hpp"
 #include "engine/scene/json/json.hpp"
 #include "engine/world/world.hpp"
+#include "tools/pantin/pictures.hpp"
 
 namespace pantin::program {
 
@@ -31,5 +32,14 @@ std::string words_of(const World& world, const SceneFree& free,
                      const assembly::DesignChange& change);
 nlohmann::json design_to_json(const World& world, const std::vector<SceneFree>& free,
                               const std::vector<assembly::DesignChange>& changes);
+
+/// The iterations of an assembly: poses of all bodies, and the largest residual, m or rad.
+struct AssemblyFilm {
+  std::vector<std::vector<Pose>> poses;
+  std::vector<double> residuals;
+};
+/// Draws frames, films and a strip of them; `scene` has the poses of the end. The camera moves back
+/// where parts reach beyond the picture. Returns the exit code.
+int draw_assembly(const PictureChoices& choices, const Scene& scene, const AssemblyFilm& film);
 
 }  // namespace pantin::program

@@ -120,6 +120,12 @@ class DrawnPictures final : public Pictures {
   }
 
  private:
+  std::string label_at(double time) const {
+    if (choices_.labels.empty()) return fmt::format("t = {:.3f} s", time);
+    const auto step = static_cast<std::size_t>(time / step_ + 1e-9);
+    return choices_.labels[std::min(step, choices_.labels.size() - 1)];
+  }
+
   void draw_frame(const World& world, std::span<const Pose> poses, double worst_gap) {
     const std::uint64_t k = drawn_++;
     const auto cell_due = [&] {
@@ -129,10 +135,12 @@ class DrawnPictures final : public Pictures {
     if (!capture_ && !cell_due()) return;
     Overlay overlay;
     overlay.joints = choices_.overlay;
-    const std::string time = fmt::format("t = {:.3f} s", static_cast<double>(k) / fps_);
+    const std::string time = label_at(static_cast<double>(k) / fps_);
     // Small pictures have room for the time only.
     overlay.lines = {time};
-    if (!choices_.frames.empty() || !choices_.video.empty())
+    if (!choices_.labels.empty() && choices_.captured())
+      overlay.lines = {title_, time};
+    else if (!choices_.frames.empty() || !choices_.video.empty())
       overlay.lines = {title_, time,
                        fmt::format("{}, step {:.4g} ms", describe_solvers(world), 1e3 * step_),
                        fmt::format("worst joint gap {:.1e} m", worst_gap)};

@@ -17,6 +17,7 @@ struct PictureChoices {
   double fps = 0;  // 0: the scene's
   int strip_columns = 6, strip_rows = 2;
   bool overlay = false;
+  std::vector<std::string> labels;  // instead of the time: at the start and after each step
   bool wanted() const { return captured() || !strip.empty(); }
   /// Whether more than a strip is made.
   bool captured() const { return !frames.empty() || !video.empty() || !gif.empty(); }
