@@ -123,6 +123,11 @@ class Assemble(unittest.TestCase):
         refused = pantin("assemble", SCENES / "egg_in_bowl.json", "--jacobians", "exact")
         self.assertEqual(refused.returncode, 2)
         self.assertIn("--jacobians", refused.stderr)
+        for command in ("assemble", "run"):
+            refused = pantin(command, SCENES / "four_bar.json", "--jacobians", "differences")
+            self.assertEqual(refused.returncode, 2)
+            self.assertIn("found --jacobians, expected it with a scene that has surface joints",
+                          refused.stderr)
 
     def test_held_bodies_stay(self):
         out = self.folder / "held.json5"

@@ -339,6 +339,10 @@ int assemble_scene(const AssembleChoices& c) {
     return kUsage;
   }
   Scene& scene = *loaded;
+  if (const std::string idle = c.jacobians ? idle_jacobians(scene.world) : ""; !idle.empty()) {
+    complain(c.scene + ": " + idle);
+    return kUsage;
+  }
   const auto held = held_bodies(scene.world, c.hold);
   if (!held) return kUsage;
   const auto free = free_of(c, scene);

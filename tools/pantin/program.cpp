@@ -68,7 +68,7 @@ std::string idle_option(const SceneChoices& c, const World& world) {
         "found --tolerance with the integrator \"{}\", expected it with {} only: no other "
         "subdivides steps",
         name_of(odd->integrator), names_that_take_tolerance());
-  return {};
+  return c.jacobians ? idle_jacobians(world) : "";
 }
 
 double now() {
@@ -112,6 +112,12 @@ std::vector<Error> contradictions(const std::string& path, Scene& scene) {
 Jacobians jacobians_named(const std::string& word) {
   const auto* at = std::find(std::begin(kJacobianNames), std::end(kJacobianNames), word);
   return static_cast<Jacobians>(at - std::begin(kJacobianNames));
+}
+
+std::string idle_jacobians(const World& world) {
+  return world.surface_contacts.size() > 0
+             ? ""
+             : "found --jacobians, expected it with a scene that has surface joints";
 }
 
 std::string words_of_lost_contact(const World& world, const StepReport& report) {

@@ -51,6 +51,8 @@ std::vector<std::string> solver_words();
 /// Those of Jacobians, and the one that a word of them names.
 std::vector<std::string> jacobian_words();
 Jacobians jacobians_named(const std::string& word);
+/// Why --jacobians has no effect, or an empty string.
+std::string idle_jacobians(const World& world);
 /// --solver, --integrator, --tolerance, --stabilisation, --jacobians, --step, --substeps,
 /// --budget, --duration, with their bounds.
 void add_scene_choices(const Subcommand& command, SceneChoices& choices);
