@@ -14,7 +14,7 @@ namespace {
 
 constexpr Real kNoTime = 1e-9, kMuchTime = 1e4;  // s
 
-World ragdolls() { return must(load_scene(source_path("assets/scenes/stairs_five.json"))).world; }
+World ragdolls() { return must(load_scene(asset("scenes/stairs_five.json"))).world; }
 
 struct Outcome {
   std::uint64_t hash = 0;
