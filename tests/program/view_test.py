@@ -145,6 +145,33 @@ class Dragging(View):
         for words in ("no body at 2, 2", "nail is fixed", "nothing was dragged"):
             self.assertIn(words, notes)
 
+    def test_pose_mode_drags_without_dynamics_and_keeps_the_pose_in_a_file(self):
+        got = self.play([*keys(0.05, "m"), *drag(0.1, 1.1, LAST, 30, -30), *keys(1.2, "k"),
+                         event(1.3, "quit")])
+        (pick,) = got["picks"]
+        self.assertEqual((pick["body"], pick["grip"]), (LAST, "pose"))
+        self.assertLess(abs(pick["distance_moved_m"] - metres(math.hypot(30, 30))), 2e-3)
+        self.assertLess(pick["residual_m"], 1e-6)
+        self.assertTrue(got["posing"])
+        self.assertLess(got["simulated_s"], 0.06)  # none after the key
+        kept = self.folder / got["saved"][0]
+        self.assertEqual(kept.name, "pose_1.json")
+        poses = {p["body"]: p["position"] for p in json.loads(kept.read_text())["poses"]}
+        self.assertEqual(len(poses), LINKS)
+        # The link hung straight below the nail at x = 0.
+        self.assertGreater(poses[LAST][0], metres(30) / 2)
+        again = self.play([event(0.01, "quit")], scene=kept)
+        self.assertEqual((again["status"], again["warnings"]), ("ok", []))
+        self.assertLess(again["worst_gap_m"], 1e-9)
+
+    def test_dynamics_go_on_from_a_pose_at_rest(self):
+        got = self.play([*keys(0.05, "m"), *drag(0.1, 1.1, LAST, 30, -30), *keys(1.2, "m"),
+                         event(1.7, "quit")])
+        self.assertFalse(got["posing"])
+        self.assertGreater(got["simulated_s"], 0.5)
+        self.assertLess(got["worst_gap_rel"], 1e-7)
+        self.assertIn("dynamics go on from this pose, at rest", "\n".join(got["notes"]))
+
     def test_a_kinematic_body_is_carried_and_led_back_to_its_path(self):
         scene = self.write("carried.json", CARRIED)
         still = self.play([event(2, "quit")], scene=scene)

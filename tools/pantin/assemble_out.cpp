@@ -74,7 +74,9 @@ Result<std::string> with_poses(std::string_view text, const World& start, const 
   for (std::size_t i = 0; i < world.bodies.size(); ++i) {
     const Entity e = world.bodies.owners()[i];
     const std::string name = world.name_of(e);
-    const Pose &now = world.bodies.values()[i].pose, &before = start.bodies[e].pose;
+    const Body* was = start.bodies.find(e);
+    if (!was || start.paths.find(e)) continue;  // added since; posed by its path
+    const Pose &now = world.bodies.values()[i].pose, &before = was->pose;
     const bool stays = now.position == before.position && now.rotation == before.rotation;
     if (stays && std::find(listed.begin(), listed.end(), name) == listed.end()) continue;
     const Pose own = world.origin_pose(e);

@@ -51,6 +51,7 @@ Json to_json(const SessionReport& r) {
   j["restarts"] = r.restarts;
   j["simulated_s"] = r.time;
   j["paused"] = r.is_paused;
+  j["posing"] = r.is_posing;
   j["speed"] = r.speed;
   j["panel"] = r.has_panel;
   j["picks"] = Json::array();
@@ -145,6 +146,9 @@ Keys:
   space pause    . one step    [ ] slower, faster (1/16 to 4)    r restart
   1-5 solver auto, sweep, shake2, procedural, lagrangian; with shift that of the second pane
   c two solvers side by side: same scene, camera and clock
+  m pose mode: bodies are dragged without dynamics, right with their rotation kept; joints, limits
+    and pins hold; p holds a point; m again, space or . goes on from the pose, at rest
+  k keep the poses as a scene file, pose_1.json
   x cut the joint, cable or pin under the mouse    p pin the body there, or release it
   b shoot a ball    l follow the body under the mouse    home camera back
   arrows turn the camera, with shift move it    + - zoom
@@ -173,7 +177,7 @@ for that of a joint), open (scene: a file), resize (width, height), quit. The pl
 "at": [x, y, z] in the body's own frame), or dx and dy from the last place.
 
 --json prints one object: scene, title, status (ok, diverged, contact_lost, energy_grew, interrupted, unwritable), solver, beside
-(where there are two), step_s, frames, frames_a_second (not of a script), steps, restarts, simulated_s, paused, speed, panel, picks (body, grip, at_s, held_s,
+(where there are two), step_s, frames, frames_a_second (not of a script), steps, restarts, simulated_s, paused, posing, speed, panel, picks (body, grip, at_s, held_s,
 distance_moved_m, residual_m, worst_residual_m, worst_elsewhere_m of other held points, reachable),
 worst_gap_m, worst_gap_rel, hash, saved, display, gl, notes, findings (of the last start, a line
 each; see `pantin run --help`), warnings.

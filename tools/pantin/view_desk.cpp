@@ -26,6 +26,7 @@ const char* const kHelp[] = {
     "camera",
     "space: pause   . step   [ ] slower, faster   r restart   o joints   f forces   w wireframe",
     "x cut   p pin   b shoot a ball   l follow   home: camera back   c two solvers side by side",
+    "m pose mode: drag without dynamics   k keep the pose as a scene file",
     "1 auto   2 sweep   3 shake2   4 procedural   5 lagrangian   page up, down: other scenes",
     "s picture   v video   tab: panel   f5 reload the file   h help   q quit"};
 
@@ -95,6 +96,12 @@ void Desk::faster(double times) { speed = std::clamp(speed * times, kSlowest, kF
 
 void Desk::advance(double wall, int most) {
   if (message_left > 0 && (message_left -= wall) <= 0) stale = true;
+  if (is_posing()) {
+    for (const auto& pane : panes) pane->pose();
+    follow();
+    stale = true;
+    return;
+  }
   if (paused) return;
   for (const auto& pane : panes) notice(*pane, pane->advance(wall * speed, most).report);
   const Real reach = kBallReach * glm::distance(orbit_.camera().eye, orbit_.camera().target);
@@ -107,7 +114,19 @@ void Desk::advance(double wall, int most) {
   stale = true;
 }
 
+void Desk::toggle_posing() {
+  let_go();
+  if (is_posing()) {
+    for (const auto& pane : panes) pane->stop_posing();
+    return tell("dynamics go on from this pose, at rest");
+  }
+  for (const auto& pane : panes)
+    if (const auto why = pane->start_posing()) return tell(*why);
+  tell("pose mode: drag without dynamics; p holds a point, k keeps the pose in a file, m ends it");
+}
+
 void Desk::single_step() {
+  if (is_posing()) toggle_posing();
   paused = true;
   for (const auto& pane : panes) notice(*pane, pane->single_step());
   follow();
@@ -231,6 +250,7 @@ Solver Desk::another() const {
 
 void Desk::compare(std::optional<Solver> solver) {
   let_go();
+  if (is_posing()) toggle_posing();
   if (!solver) {
     panes.resize(1);
     pane_ = 0;
@@ -252,6 +272,7 @@ bool Desk::turn(const std::string& name, double value) {
   for (const auto& pane : panes) {
     known |= turn_knob({pane->world(), how_, scene_.world}, name, value);
     pane->sim.settings = how_;
+    pane->hand.renew(pane->world());
   }
   if (!known) return false;
   std::erase_if(turned_, [&](const auto& t) { return t.first == name; });
@@ -272,7 +293,10 @@ void Desk::tell(std::string line) {
 std::vector<std::string> Desk::labels(std::size_t index) const {
   const Pane& pane = *panes[index];
   const World& world = pane.world();
-  const char* state = paused ? "paused, " : pane.is_behind ? "too slow for real time, " : "";
+  const char* state = is_posing()      ? "pose mode, "
+                      : paused         ? "paused, "
+                      : pane.is_behind ? "too slow for real time, "
+                                       : "";
   const std::string pace =
       speed < 1 ? fmt::format("speed 1/{:.0f}", 1 / speed) : fmt::format("speed {:.0f}", speed);
   std::vector<std::string> lines;

@@ -23,9 +23,9 @@ using namespace detail;
 
 /// Names of the keys in use, as in scripts.
 inline constexpr std::string_view kKeys[]{
-    "space", ".",    "[",     "]",  "1",    "2",       "3",         "4", "5", "o",     "r",   "s",
-    "h",     "q",    "w",     "f",  "l",    "x",       "p",         "b", "c", "v",     "tab", "f5",
-    "home",  "left", "right", "up", "down", "page_up", "page_down", "+", "-", "escape"};
+    "space", ".",    "[",     "]",  "1",    "2",       "3",         "4", "5", "o",      "r",   "s",
+    "h",     "q",    "w",     "f",  "l",    "x",       "p",         "b", "c", "v",      "tab", "f5",
+    "home",  "left", "right", "up", "down", "page_up", "page_down", "+", "-", "escape", "m",   "k"};
 
 /// The solvers that the window offers: those that any scene can be tried with.
 inline constexpr auto kOfferedSolvers = [] {
@@ -66,6 +66,9 @@ class Desk {
   /// Advances by wall time, at most `most` steps in each pane.
   void advance(double wall, int most);
   void single_step();
+  /// Begins or ends pose mode: time stands still, and mechanisms follow the mouse without dynamics.
+  void toggle_posing();
+  bool is_posing() const { return panes[0]->hand.poses(); }
   void restart();
   void faster(double times);
 
@@ -121,9 +124,9 @@ class Desk {
   double speed = 1;
   bool paused = false, overlay = false, forces = false, wireframe = false, help = true;
   bool panel = false;
-  bool quits = false, wants_picture = false, wants_film = false;  // requests to the owner of the
-                                                                  // window
-  bool stale = true;                                              // the picture is out of date
+  // Requests to the owner of the window.
+  bool quits = false, wants_picture = false, wants_film = false, wants_pose = false;
+  bool stale = true;      // the picture is out of date
   Entity under;           // the body under the mouse, or the last one if there is none
   bool is_under = false;  // it is under the mouse now
   Entity followed;

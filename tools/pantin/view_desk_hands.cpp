@@ -123,7 +123,12 @@ void Desk::key(std::string_view name) {
   if (name.size() == 1 && name[0] >= '1' && name[0] - '1' < std::ssize(kOfferedSolvers))
     return choose(kOfferedSolvers[static_cast<std::size_t>(name[0] - '1')], held_.shift ? 1 : 0);
   if (looks_key(name)) return;
-  if (name == "space") paused = !paused;
+  if (name == "m") toggle_posing();
+  if (name == "k") wants_pose = true;
+  if (name == "space" && is_posing())
+    toggle_posing(), paused = false;
+  else if (name == "space")
+    paused = !paused;
   if (name == ".") single_step();
   if (name == "[") faster(0.5);
   if (name == "]") faster(2);
@@ -208,6 +213,7 @@ void Desk::pin(const Place& at) {
 }
 
 void Desk::throw_ball(const Place& at) {
+  if (is_posing()) return tell("no ball in pose mode: m ends it");
   for (const auto& pane : panes) {
     if (auto ball = shoot(pane->world(), ray_through(at.pixel), gun); !ball)
       tell(ball.errors().front().message);

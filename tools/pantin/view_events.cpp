@@ -21,7 +21,7 @@ constexpr SDL_Keycode kKeyCodes[]{SDLK_SPACE, SDLK_PERIOD, SDLK_LEFTBRACKET, SDL
                                   SDLK_c,     SDLK_v,      SDLK_TAB,         SDLK_F5,
                                   SDLK_HOME,  SDLK_LEFT,   SDLK_RIGHT,       SDLK_UP,
                                   SDLK_DOWN,  SDLK_PAGEUP, SDLK_PAGEDOWN,    SDLK_PLUS,
-                                  SDLK_MINUS, SDLK_ESCAPE};
+                                  SDLK_MINUS, SDLK_ESCAPE, SDLK_m,           SDLK_k};
 static_assert(std::size(kKeyCodes) == std::size(kKeys));
 constexpr std::uint8_t kButtonCodes[]{SDL_BUTTON_LEFT, SDL_BUTTON_MIDDLE, SDL_BUTTON_RIGHT};
 static_assert(std::size(kButtonCodes) == std::size(kButtons));

@@ -67,6 +67,7 @@ void Hand::take(World& world, const Picked& picked, PinKind grip, const SeenPixe
     take_kinematic(world);
     return;
   }
+  if (poser_) return take_pose(world, grip);
   Pin pin;
   pin.body = body_, pin.anchor = anchor_, pin.target = target_;
   pin.priority = kFirst, pin.kind = grip;
@@ -90,6 +91,43 @@ void Hand::take_kinematic(World& world) {
   away_.push_back(std::move(away));
 }
 
+void Hand::take_pose(const World& world, PinKind grip) {
+  const bool keeps = grip == PinKind::spring;
+  now_.grip = keeps ? "pose_rotation" : "pose";
+  poser_->take(world, {body_, anchor_, target_, keeps ? PoseGrip::rotation : PoseGrip::point});
+}
+
+void Hand::start_posing(const World& world) { poser_.emplace(world); }
+
+bool Hand::stop_posing(World& world) {
+  if (!poser_) return false;
+  let_go(world);
+  const bool moved = poser_->has_moved();
+  poser_.reset();
+  return moved;
+}
+
+void Hand::renew(const World& world) {
+  if (poser_) poser_->renew(world);
+}
+
+void Hand::pose(World& world) {
+  if (!poser_) return;
+  if (holds()) {
+    target_ = goal_;
+    if (Body& body = world.bodies[body_]; body.motion == Motion::dynamic) {
+      poser_->move(target_);
+    } else {
+      body.pose.position = target_ - body.pose.rotation * anchor_;
+      body.teleport = true;
+      poser_->note_motion();
+      poser_->renew(world);
+    }
+  }
+  poser_->follow(world);
+  after_step(world);
+}
+
 void Hand::move(const SeenPixel& mouse) {
   if (!holds()) return;
   goal_ = on_plane(mouse, plane_) + offset_;
@@ -108,6 +146,7 @@ void Hand::let_go(World& world) {
   if (const Pin* pin = world.pins.find(pin_)) now_.reachable = pin->reachable;
   drags_.push_back(now_);
   if (pin_) world.destroy(pin_);
+  if (poser_) poser_->let_go();
   for (Away& a : away_) {
     if (a.body != body_) continue;
     Body& body = world.bodies[body_];
@@ -121,6 +160,7 @@ void Hand::let_go(World& world) {
 void Hand::forget() {
   if (holds()) drags_.push_back(now_);
   body_ = pin_ = Entity{};
+  poser_.reset();
   away_.clear();
 }
 
@@ -162,7 +202,7 @@ void Hand::after_step(const World& world) {
   if (!holds()) return;
   now_.residual = glm::length(grip_point(world) - target_);
   now_.worst_residual = std::max(now_.worst_residual, now_.residual);
-  now_.worst_elsewhere = std::max(now_.worst_elsewhere, worst_hold_but(world, pin_));
+  if (!poser_) now_.worst_elsewhere = std::max(now_.worst_elsewhere, worst_hold_but(world, pin_));
   now_.distance_moved = glm::length(grip_point(world) - start_);
   now_.held = world.time - now_.at;
 }

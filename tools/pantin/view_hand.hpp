@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tools/pantin/view_pick.hpp"
+#include "tools/pantin/view_poser.hpp"
 
 namespace pantin::program {
 
@@ -12,7 +13,7 @@ using namespace detail;
 
 /// One drag, from the press of a button to its release.
 struct Drag {
-  std::string body, grip;      // grip: exact, spring or kinematic
+  std::string body, grip;      // grip: exact, spring, kinematic, pose or pose_rotation
   double at = 0, held = 0;     // s, simulated: start and duration
   double distance_moved = 0;   // m, of the picked point, from start to end
   double residual = 0;         // m, of the picked point to its target at the end
@@ -23,7 +24,7 @@ struct Drag {
 
 /// Drags one body at a time. A dynamic body is held by a pin of the highest priority. A kinematic
 /// body is moved directly: its KinematicPath is removed, and restored with a smooth return after
-/// the release.
+/// the release. In pose mode no time passes, and mechanisms follow without dynamics.
 class Hand {
  public:
   bool holds() const { return static_cast<bool>(body_); }
@@ -38,8 +39,18 @@ class Hand {
   void look_again(const SeenPixel& mouse);
   /// The button was released.
   void let_go(World& world);
-  /// The World was replaced by one without this drag.
+  /// The World was replaced by one without this drag. Ends pose mode.
   void forget();
+
+  /// Begins pose mode.
+  void start_posing(const World& world);
+  /// Ends it. Returns whether bodies were moved.
+  bool stop_posing(World& world);
+  bool poses() const { return poser_.has_value(); }
+  /// In pose mode, once a picture: bodies follow the mouse.
+  void pose(World& world);
+  /// In pose mode: the World was changed otherwise.
+  void renew(const World& world);
 
   /// Spreads the remaining motion of the target over the next `parts` calls of before_part.
   void expect(int parts) { parts_left_ = parts; }
@@ -61,6 +72,7 @@ class Hand {
     bool is_held = true;
   };
   void take_kinematic(World& world);
+  void take_pose(const World& world, PinKind grip);
   void lead_back(World& world, Real h);
   Vec3 grip_point(const World& world) const;
 
@@ -71,6 +83,7 @@ class Hand {
                                // goal
   Vec3 start_{0};              // initial position of the picked point
   int parts_left_ = 1;
+  std::optional<Poser> poser_;  // in pose mode
   Drag now_;
   std::vector<Away> away_;
   std::vector<Drag> drags_;

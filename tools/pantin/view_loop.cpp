@@ -128,6 +128,7 @@ void Session::finish() {
   report_.solver = pane.solver();
   if (desk_.panes.size() > 1) report_.beside = desk_.panes[1]->solver();
   report_.is_paused = desk_.paused, report_.speed = desk_.speed;
+  report_.is_posing = desk_.is_posing();
   report_.has_panel = panel_ && desk_.width() < width_;
   report_.restarts = desk_.restarts, report_.steps = pane.steps, report_.time = pane.world().time;
   report_.worst_gap = pane.worst_gap, report_.worst_gap_rel = pane.worst_gap_rel;
@@ -200,6 +201,7 @@ void Session::frame(double wall) {
   const bool is_busy = panel_ && desk_.width() < width_ && panel_->is_busy();
   if (desk_.stale || desk_.wants_picture || film_ || is_busy) draw();
   if (desk_.wants_picture) save();
+  if (desk_.wants_pose) keep_pose();
   if (desk_.wants_film) toggle_film();
   film(wall);
 }

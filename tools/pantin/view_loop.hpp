@@ -30,6 +30,7 @@ struct SessionReport {
   std::uint64_t frames = 0, steps = 0;  // drawn; taken, including restarts
   int restarts = 0;
   bool is_paused = false, has_panel = false;  // the panel was visible at the end
+  bool is_posing = false;                     // pose mode, at the end
   double speed = 1, time = 0;                 // time: s, simulated since the last restart
   double worst_gap = 0, worst_gap_rel = 0;    // m, fraction of the size
   double frames_a_second = 0;                 // drawn, per second of wall time; 0 with a script

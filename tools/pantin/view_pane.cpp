@@ -34,6 +34,10 @@ double contact_forces(const World& world) {
 
 void Pane::start(const World& from, const StepSettings& how) {
   hand.forget();
+  begin(from, how);
+}
+
+void Pane::begin(const World& from, const StepSettings& how) {
   alarm.clear(), trace.clear(), trails = {};
   sim = Simulation::copy_of(from, how);
   sim.insert(Stage::before_drive, [this](World& world, Real) {
@@ -45,7 +49,30 @@ void Pane::start(const World& from, const StepSettings& how) {
   place();
 }
 
+std::optional<std::string> Pane::start_posing() {
+  if (const std::string fault = pose_fault(sim.world); !fault.empty()) return fault;
+  hand.let_go(sim.world);
+  hand.start_posing(sim.world);
+  place();
+  return std::nullopt;
+}
+
+void Pane::stop_posing() {
+  if (hand.stop_posing(sim.world)) begin(at_rest(sim.world), StepSettings(sim.settings));
+}
+
+void Pane::pose() {
+  hand.pose(sim.world);
+  gap = measure(sim.world).worst_gap;
+  draw_poses();
+}
+
 void Pane::place() {
+  hand.renew(sim.world);
+  draw_poses();
+}
+
+void Pane::draw_poses() {
   poses.clear();
   for (const Body& b : sim.world.bodies.values()) poses.push_back(b.pose);
 }

@@ -28,6 +28,13 @@ class Pane {
 
   /// Bodies were added or removed: draws the poses at the end of the last step.
   void place();
+
+  /// Begins pose mode; returns the reason if the World has none.
+  std::optional<std::string> start_posing();
+  /// Ends it: dynamics go on from the pose at rest, or, if nothing was moved, as before.
+  void stop_posing();
+  /// In pose mode, once a picture.
+  void pose();
   /// Why a solver cannot move this scene, or nothing.
   std::optional<std::string> why_not(Solver solver) const;
   /// Sets the solver of all islands; returns the reason if that is impossible.
@@ -56,6 +63,8 @@ class Pane {
   std::uint64_t steps = 0;
 
  private:
+  void begin(const World& from, const StepSettings& how);
+  void draw_poses();
   void after_step(const World& world, Real h);
 };
 

@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <filesystem>
 
+#include "engine/scene/json/text_file.hpp"
+#include "tools/pantin/assemble.hpp"
 #include "tools/pantin/program.hpp"
 
 namespace pantin::program {
@@ -114,6 +117,28 @@ void Session::save() {
   }
   report_.saved.push_back(path);
   desk_.tell("saved " + path);
+}
+
+/// Writes the scene with the present poses of the first pane under the first free number: into the
+/// folder of pictures, or beside the scene if it refers to other files from there.
+void Session::keep_pose() {
+  desk_.wants_pose = false;
+  const bool stays = !desk_.scene().files.empty();
+  const std::string beside = std::filesystem::path(desk_.path()).parent_path().string();
+  const std::string path =
+      free_name(stays ? (beside.empty() ? "." : beside) : choices_.frames, "pose", ".json", 0);
+  const auto text = read_text(desk_.path(), SceneLimits{}.bytes, "a scene file");
+  const auto written = text ? with_poses(*text, desk_.scene().world, desk_.panes[0]->world())
+                            : Result<std::string>(text.errors());
+  if (!written) return desk_.tell("could not keep the pose: " + written.errors().front().message);
+  if (const int code = write_or_complain(path, *written); code != kOk) {
+    report_.exit_code = code, report_.status = "unwritable";
+    return desk_.tell("could not write " + path);
+  }
+  report_.saved.push_back(path);
+  const auto again = load_scene(path);
+  desk_.tell(again ? "saved " + path
+                   : path + " is saved but does not load: " + again.errors().front().message);
 }
 
 void Session::toggle_film() {

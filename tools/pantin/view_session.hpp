@@ -46,6 +46,7 @@ class Session {
   void draw_pane(std::size_t index, Image& to);
   void compose();
   void save();
+  void keep_pose();
   void toggle_film();
   void film(double wall);
   void end_film();

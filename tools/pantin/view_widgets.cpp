@@ -33,7 +33,7 @@ void lay_out_time(Desk& desk, const PanelClock& clock) {
   std::string now = fmt::format("{:.2f} s, step {}", world.time, world.tick);
   if (clock.cost > 0) now += fmt::format(", picture {:.0f} ms", 1e3 * clock.cost);
   line(now);
-  if (row_button(desk.paused ? "Run" : "Pause", 4)) desk.paused = !desk.paused;
+  if (row_button(desk.paused || desk.is_posing() ? "Run" : "Pause", 4)) desk.key("space");
   ImGui::SameLine();
   if (row_button("Step", 4)) desk.single_step();
   ImGui::SameLine();
@@ -62,6 +62,13 @@ void lay_out_solver(Desk& desk, const char* name, std::size_t pane) {
       desk.compare(solver);
   }
   ImGui::EndCombo();
+}
+
+void lay_out_posing(Desk& desk) {
+  bool poses = desk.is_posing();
+  if (ImGui::Checkbox("pose mode", &poses)) desk.toggle_posing();
+  ImGui::SameLine(112);
+  if (ImGui::Button("Keep the pose")) desk.wants_pose = true;
 }
 
 void lay_out_looks(Desk& desk) {
@@ -167,6 +174,7 @@ void lay_out(Desk& desk, const PanelClock& clock) {
   ImGui::Separator();
   lay_out_looks(desk);
   lay_out_tools(desk);
+  lay_out_posing(desk);
   if (row_button("Picture", 2)) desk.wants_picture = true;
   ImGui::SameLine();
   if (row_button("Film", 2)) desk.wants_film = true;
