@@ -1,14 +1,11 @@
 #include "engine/assembly/design.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "engine/assembly/problem.hpp"
 #include "engine/base/rotation.hpp"
-#include "engine/joints/cable_path.hpp"
 #include "engine/joints/kinds.hpp"
-#include "engine/world/cable_route.hpp"
 
 namespace pantin::detail::assembly {
 
@@ -32,133 +29,10 @@ constexpr Real kUndamped = 1e-12;
 /// rad: the largest rotation of one of these steps.
 constexpr Real kMostTurn = 0.3;
 
-bool is_of(const Block& b, const DesignVariable& v, const World& world) {
-  if (b.kind == BlockKind::joint || b.kind == BlockKind::limit)
-    return world.links.owners()[b.source] == v.law;
-  return b.kind == BlockKind::cable && world.cables.owners()[b.source] == v.law;
-}
-
 Real scale_of(const FreeQuantity& q, Real size) {
-  const bool turns = q.of.quantity == Quantity::axis_a || q.of.quantity == Quantity::axis_b;
-  if (turns) return 1 / size;
+  if (is_axis(q.of.quantity)) return 1 / size;
   const bool is_one = numbers_of(q.of.quantity) == 1;
   return is_one ? std::max(std::abs(q.start.numbers.x), kLeastSize) / size : 1;
-}
-
-/// G of a block for one design variable.
-struct Slopes {
-  const World& world;
-  const Island& m;
-  const FreeQuantity& q;
-  std::span<const Real> numbers;  // of the variable
-  std::span<Real> to;             // by number, then by row of the part
-
-  Real& at(std::size_t number, std::size_t row) const { return to[number * m.rows + row]; }
-  void write(std::size_t block) const;
-  void write_anchor(const Block& b, std::size_t end) const;
-  void write_axis(const Block& b, std::size_t end) const;
-  void write_cable(const Block& b) const;
-  void write_pitch(std::size_t block) const;
-};
-
-/// The residual depends on the anchor only by the point R anchor of the body, as on a displacement.
-void Slopes::write_anchor(const Block& b, std::size_t end) const {
-  const Mat3 turned = m.scratch.body_states[b.body[end]].rotation_matrix;
-  for (std::size_t r = 0; r < b.rows; ++r) {
-    const Vec3 v = row_of(b, jacobian_of(m, b), r, end).v * turned;
-    for (int i = 0; i < 3; ++i) at(static_cast<std::size_t>(i), b.first_row + r) = v[i];
-  }
-}
-
-/// And on the axes as on a rotation of the body about the anchor. The rotation vector (0, p) of the
-/// axes has the rate J_r(0, p) (0, p') in these axes, J_r: the right Jacobian of SO(3).
-void Slopes::write_axis(const Block& b, std::size_t end) const {
-  const BodyState& body = m.scratch.body_states[b.body[end]];
-  const Joint& joint = world.links[q.of.law].joint;
-  const Vec3 arm = body.rotation_matrix * (end == 0 ? joint.anchor_a : joint.anchor_b);
-  const Mat3 axes =
-      body.rotation_matrix * glm::mat3_cast(end == 0 ? joint.frames.a() : joint.frames.b());
-  const Vec3 turn(0, numbers[0], numbers[1]);
-  const Real angle2 = glm::dot(turn, turn), angle = std::sqrt(angle2);
-  const bool is_small = angle2 < 1e-6;
-  const Real p = is_small ? 0.5 - angle2 / 24 : (1 - std::cos(angle)) / angle2;
-  const Real s =
-      is_small ? Real(1) / 6 - angle2 / 120 : (angle - std::sin(angle)) / (angle2 * angle);
-  for (std::size_t i = 0; i < 2; ++i) {
-    Vec3 unit(0);
-    unit[static_cast<int>(i) + 1] = 1;
-    const Vec3 across = glm::cross(turn, unit);
-    const Vec3 rate = axes * (unit - p * across + s * glm::cross(turn, across));
-    for (std::size_t r = 0; r < b.rows; ++r) {
-      const RowVectors row = row_of(b, jacobian_of(m, b), r, end);
-      at(i, b.first_row + r) = glm::dot(row.w - glm::cross(arm, row.v), rate);
-    }
-  }
-}
-
-/// C = length - L(path). L has the derivative R^T dL/dcentre by an anchor, and the angle of wrap by
-/// a radius: the path is the shortest, so that its ends on the pulley do not count.
-void Slopes::write_cable(const Block& b) const {
-  const Cable& cable = world.cables[q.of.law];
-  Pose poses[kMostPathPoints];
-  std::size_t placed = 0;
-  const auto pose_of = [&](Entity body) -> const Pose* {
-    const auto mine = std::find(m.bodies.begin(), m.bodies.end(), body);
-    if (mine == m.bodies.end()) return &world.bodies[body].pose;
-    const auto i = static_cast<std::size_t>(mine - m.bodies.begin());
-    Pose& pose = poses[placed++ % kMostPathPoints];
-    return &(pose = {m.scratch.state.x[i], m.scratch.state.q[i]});
-  };
-  const std::vector<PathPoint> route = route_of(cable, pose_of);
-  if (q.of.quantity == Quantity::radius) {
-    Real wraps[kMostPathPoints];
-    follow_path(route, 0, wraps);
-    at(0, b.first_row) = -std::max(Real(0), wraps[q.of.guide + 1]);
-    return;
-  }
-  PathGradient gradients[kMostPathPoints];
-  path_length(route, gradients);
-  const bool first = q.of.quantity == Quantity::anchor_a;
-  const Pose end = *pose_of(first ? cable.a : cable.b);
-  const Vec3 slope =
-      glm::conjugate(end.rotation) * gradients[first ? 0 : route.size() - 1].by_centre;
-  for (int i = 0; i < 3; ++i) at(static_cast<std::size_t>(i), b.first_row) = -slope[i];
-}
-
-/// Rows are linear in the pitch.
-void Slopes::write_pitch(std::size_t block) const {
-  const Block& b = m.blocks[block];
-  const auto rows_at = [&](Real pitch) {
-    Joint joint = world.links[q.of.law].joint;
-    joint.parameters.edit().pitch = pitch;
-    std::array<Real, 6> c{};
-    write_rows({joint, m.scratch.body_states[b.body[0]], m.scratch.body_states[b.body[1]],
-                m.memory[block].before[0]},
-               {c.data(), nullptr, nullptr});
-    return c;
-  };
-  const std::array<Real, 6> one = rows_at(1), none = rows_at(0);
-  for (std::size_t r = 0; r < b.rows; ++r) at(0, b.first_row + r) = one[r] - none[r];
-}
-
-void Slopes::write(std::size_t block) const {
-  const Block& b = m.blocks[block];
-  const Quantity kind = q.of.quantity;
-  if (kind == Quantity::length && b.kind == BlockKind::cable) {
-    at(0, b.first_row) = 1;
-  } else if (kind == Quantity::length) {
-    // C = (d.d - L L) / (2 L)
-    const Real length = world.links[q.of.law].joint.parameters->length;
-    if (b.kind == BlockKind::joint) at(0, b.first_row) = -1 - m.scratch.c[b.first_row] / length;
-  } else if (kind == Quantity::pitch) {
-    if (b.kind == BlockKind::joint) write_pitch(block);
-  } else if (b.kind == BlockKind::cable) {
-    write_cable(b);
-  } else if (kind == Quantity::anchor_a || kind == Quantity::anchor_b) {
-    write_anchor(b, kind == Quantity::anchor_b);
-  } else {
-    write_axis(b, kind == Quantity::axis_b);
-  }
 }
 
 /// Solves a symmetric positive definite system of n unknowns in place, by Cholesky's method; those
@@ -189,10 +63,10 @@ void solve_dense(std::vector<Real> matrix, std::span<const std::uint8_t> is_free
 
 /// How far a number may still fall and rise.
 std::pair<Real, Real> room_of(const Design& d, const FreeQuantity& q) {
-  if (!is_size(q.of.quantity)) return {-1e300, 1e300};
+  if (numbers_of(q.of.quantity) > 1) return {-1e300, 1e300};
   const Real now = q.start.numbers.x + d.numbers[q.first];
-  return {std::min(Real(0), std::max(q.of.least, kLeastSize) - now),
-          std::max(Real(0), q.of.most - now)};
+  const Real least = is_size(q.of.quantity) ? std::max(q.of.least, kLeastSize) : q.of.least;
+  return {std::min(Real(0), least - now), std::max(Real(0), q.of.most - now)};
 }
 
 }  // namespace
@@ -216,18 +90,6 @@ void find_design(const World& world, Part& part, std::span<const DesignVariable>
                 scale_of(q, d.size));
   d.numbers.assign(d.scale.size(), 0), d.before = d.step = d.numbers;
   d.slopes.assign(d.scale.size() * part.m.rows, 0);
-}
-
-void write_slopes(const World& world, Part& part) {
-  Design& d = part.design;
-  std::fill(d.slopes.begin(), d.slopes.end(), Real(0));
-  for (const FreeQuantity& q : d.all) {
-    const std::size_t count = numbers_of(q.of.quantity), rows = part.m.rows;
-    const Slopes slopes{world, part.m, q, std::span(d.numbers).subspan(q.first, count),
-                        std::span(d.slopes).subspan(q.first * rows, count * rows)};
-    for (std::size_t i = 0; i < part.m.blocks.size(); ++i)
-      if (is_of(part.m.blocks[i], q.of, world) && lagrangian::is_active(part.m, i)) slopes.write(i);
-  }
 }
 
 void solve_design(Part& part) {
@@ -281,6 +143,8 @@ void solve_design(Part& part) {
 void set_design(World& world, Part& part, std::span<const Real> numbers) {
   Design& d = part.design;
   if (numbers.data() != d.numbers.data()) d.numbers.assign(numbers.begin(), numbers.end());
+  // Pairs of points are tracked again, on the surfaces as they are then.
+  for (lagrangian::SurfaceFound& found : part.m.scratch.touching) found.is_fresh = false;
   for (const FreeQuantity& q : d.all) {
     DesignValue value = q.start;
     Vec3 by(0);

@@ -15,6 +15,10 @@
 #include "engine/world/design.hpp"
 #include "engine/world/world.hpp"
 
+namespace pantin::detail::lagrangian {
+struct Block;
+}
+
 namespace pantin::detail::assembly {
 
 struct Part;
@@ -41,6 +45,9 @@ struct Design {
 
 /// Takes the variables that belong to laws of a part.
 void find_design(const World& world, Part& part, std::span<const DesignVariable> free);
+
+/// Whether a block has rows that depend on a design variable.
+bool is_of(const lagrangian::Block& block, const DesignVariable& variable, const World& world);
 
 /// Evaluates G at the present poses.
 void write_slopes(const World& world, Part& part);

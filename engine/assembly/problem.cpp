@@ -136,7 +136,15 @@ Problem make_problem(const World& world, std::span<const Entity> held,
     set_units(part);
     for (lagrangian::BlockMemory& memory : part.m.memory) memory.active = false;
     for (const Block& b : part.m.blocks) part.bounds.push_back(b.bound);
-    find_design(w, part, free);
+    // A surface or curve that islands share belongs to the first.
+    std::vector<DesignVariable> own;
+    for (const DesignVariable& v : free)
+      if (std::none_of(p.parts.begin(), p.parts.end(), [&](const Part& other) {
+            return std::any_of(other.design.all.begin(), other.design.all.end(),
+                               [&](const FreeQuantity& q) { return q.of.is_same(v); });
+          }))
+        own.push_back(v);
+    find_design(w, part, own);
     look(w, part);
     p.parts.push_back(std::move(part));
   }

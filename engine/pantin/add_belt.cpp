@@ -4,6 +4,7 @@
 
 #include "engine/pantin/detail/findings.hpp"
 #include "engine/world/belt_sides.hpp"
+#include "engine/world/design.hpp"
 #include "engine/world/ties.hpp"
 
 namespace pantin {
@@ -71,7 +72,9 @@ Result<Entity> add_to(World& world, const BeltJoint& described) {
     findings.add("pulleys", why.substr(0, comma), why.substr(comma + 11));
     return findings.take();
   }
-  return add_belt(world, belt, described.name);
+  const Entity made = add_belt(world, belt, described.name);
+  world.store<LaidBelt>().add(made, {poses});
+  return made;
 }
 
 std::optional<BeltState> belt_state(const World& world, Entity belt) {

@@ -107,6 +107,7 @@ struct SurfaceSideRecipe {
   std::string body;
   std::shared_ptr<const Surface> surface;  // of NURBS; null, without a curve: that of its shape
   std::shared_ptr<const nurbs::Wire> curve;
+  std::string curve_name;    // of the list of curves
   std::optional<Pose> pose;  // in the body's own frame
 };
 
@@ -254,6 +255,15 @@ struct PrefabName {
   std::uint32_t prefab;  // index into Recipe::prefabs
 };
 
+/// A named surface or curve of the scene itself.
+struct NetRecipe {
+  std::string path;           // "surfaces/NAME" or "curves/NAME"
+  std::uint32_t element = 0;  // in its list
+  std::shared_ptr<const Surface> surface;
+  std::optional<nurbs::Curve> curve;
+  std::vector<bool> is_plain;  // by face: given by its control points, and not moved
+};
+
 /// The whole recipe. `scene` is complete except for its World's entities.
 struct Recipe {
   Scene scene;
@@ -261,6 +271,7 @@ struct Recipe {
   Group top;
   std::vector<Group> prefabs;
   std::vector<PrefabName> prefab_names;
+  std::vector<NetRecipe> nets;
 };
 
 }  // namespace pantin::detail

@@ -55,7 +55,7 @@ void detail::build_world(const BuiltScene& built, World& world) {
   for (const BuiltBelt& b : built.belts) {
     Belt belt = b.belt;
     for (std::size_t i = 0; i < b.bodies.size(); ++i) belt.pulleys[i].body = entities[b.bodies[i]];
-    add_belt(world, belt, b.name);
+    world.store<LaidBelt>().add(add_belt(world, belt, b.name), {b.laid});
   }
   for (const BuiltSurfaceJoint& s : built.surface_joints) {
     SurfaceContact contact = s.contact;
@@ -209,6 +209,27 @@ Error error_of_joint(const std::string& path, std::string_view joint, const std:
   return files.errors().front();
 }
 
+namespace {
+
+/// Its law in the World, and its element in the file.
+void place_free(const BuiltScene& built, const World& world, const BuiltFree& found,
+                SceneFree& to) {
+  const auto place = [&](const auto& list, const auto& store, const char* key) {
+    const ElementId at = list[found.law].at;
+    if (at.kind == found.kind && at.group == 0) to.element = at.index;
+    to.list = key, to.variable.law = store.owners()[found.law];
+  };
+  if (found.kind == ElementKind::joint) place(built.joints, world.links, "joints");
+  if (found.kind == ElementKind::string) place(built.cables, world.cables, "cables");
+  if (found.kind == ElementKind::ratio) place(built.gears, world.gears, "gears");
+  if (found.kind == ElementKind::belt) place(built.belts, world.belts, "belts");
+  if (found.kind != ElementKind::surface_joint) return;
+  place(built.surface_joints, world.surface_contacts, "surface_joints");
+  to.list = found.net->surface ? "surfaces" : "curves", to.element = found.net->element;
+}
+
+}  // namespace
+
 Result<std::vector<SceneFree>> free_numbers(const std::string& file, const World& world,
                                             const FurtherFree& further) {
   const SceneLimits limits;
@@ -220,23 +241,18 @@ Result<std::vector<SceneFree>> free_numbers(const std::string& file, const World
   const Recipe recipe = read_recipe(files, places, limits);
   const BuiltScene built = build_scene(recipe, places, limits);
   if (files.any_errors()) return files.errors();
-  if (built.joints.size() > world.links.size() || built.cables.size() > world.cables.size())
+  if (built.joints.size() > world.links.size() || built.cables.size() > world.cables.size() ||
+      built.gears.size() > world.gears.size() || built.belts.size() > world.belts.size() ||
+      built.surface_joints.size() > world.surface_contacts.size())
     return Error{file + ": the file has changed since it was read"};
   std::vector<SceneFree> all;
   const auto add = [&](const FreeRecipe& from, std::string& fault) {
-    const auto found = find_free(built, from, fault);
+    const auto found = find_free({built, recipe.nets}, from, fault);
     if (!found) return;
-    SceneFree one{from.of, found->variable, found->is_cable, {}};
-    const ElementId at =
-        found->is_cable ? built.cables[found->law].at : built.joints[found->law].at;
-    const ElementKind listed = found->is_cable ? ElementKind::string : ElementKind::joint;
-    if (at.kind == listed && at.group == 0) one.element = at.index;
-    one.variable.law =
-        found->is_cable ? world.cables.owners()[found->law] : world.links.owners()[found->law];
+    SceneFree one{from.of, found->variable, {}, {}, found->images};
+    place_free(built, world, *found, one);
     const bool is_new = std::none_of(all.begin(), all.end(), [&](const SceneFree& other) {
-      return other.variable.law == one.variable.law &&
-             other.variable.quantity == one.variable.quantity &&
-             other.variable.guide == one.variable.guide;
+      return other.variable.is_same(one.variable);
     });
     if (is_new) all.push_back(std::move(one));
   };

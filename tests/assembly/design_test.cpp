@@ -5,6 +5,7 @@
 
 #include "engine/joints/cable_path.hpp"
 #include "tests/assembly/mechanisms.hpp"
+#include "tests/assembly/slopes.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
@@ -42,39 +43,6 @@ std::vector<Real> lengths_to(Vec3 at) {
   std::vector<Real> lengths;
   for (const Vec3 foot : kFeet) lengths.push_back(glm::distance(foot, at));
   return lengths;
-}
-
-/// The largest error of G against central differences of the rows.
-Real error_of_slopes(const World& world, const DesignVariable& variable) {
-  Problem p = make_problem(world, {}, std::vector{variable});
-  REQUIRE(p.parts.size() == 1);
-  Part& part = p.parts[0];
-  const std::size_t n = part.design.numbers.size();
-  REQUIRE(n == numbers_of(variable.quantity));
-  // Off the start, where the rotation vector of an axis counts.
-  std::vector<Real> at(n);
-  for (std::size_t i = 0; i < n; ++i) at[i] = 0.02 + 0.03 * Real(i);
-  const auto rows_at = [&](const std::vector<Real>& numbers) {
-    set_design(p.world, part, numbers);
-    look(p.world, part);
-    return part.m.scratch.c;
-  };
-  rows_at(at);
-  const std::vector<Real> slopes = part.design.slopes;
-  Real worst = 0, most = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    constexpr Real h = 1e-5;
-    std::vector<Real> up = at, down = at;
-    up[i] += h, down[i] -= h;
-    const std::vector<Real> above = rows_at(up), below = rows_at(down);
-    for (std::size_t r = 0; r < part.m.rows; ++r) {
-      const Real found = slopes[i * part.m.rows + r];
-      most = std::max(most, std::abs(found));
-      worst = std::max(worst, std::abs(found - (above[r] - below[r]) / (2 * h)));
-    }
-  }
-  CHECK(most > 0.1);
-  return worst;
 }
 
 }  // namespace

@@ -309,6 +309,84 @@ class Design(unittest.TestCase):
         self.assertIn('"joints/chain/0-1/anchor_a" in a prefab or generator', done.stderr)
         self.assertEqual(done.stderr.count("\n"), 1)
 
+    WHEELS = """{"version": 1, "gravity": [0, 0, 0], "solver": {"type": "lagrangian"}, "bodies": [
+      {"name": "a", "position": [0, 0, 0], "mass": 1, "inertia": [0.1, 0.1, 0.1]},
+      {"name": "b", "position": [1, 0, 0], "mass": 1, "inertia": [0.1, 0.1, 0.1]}],
+     "joints": [
+      {"name": "A", "kind": "hinge", "a": "world", "b": "a", "anchor": [0, 0, 0], "axis": [0, 0, 1]},
+      {"name": "B", "kind": "hinge", "a": "world", "b": "b", "anchor": [1, 0, 0], "axis": [0, 0, 1]},
+      {"name": "rod", "kind": "distance", "a": "world", "b": "b", "anchor_a": [1, 2, 0],
+       "anchor_b": [0.5, 0, 0], "length": %r}],
+     "poses": [{"body": "a", "rotation_deg": [0, 0, 40]},
+               {"body": "b", "position": [1, 0, 0], "rotation_deg": [0, 0, 25]}],
+     %%s, "drift_bound": 1e-9}""" % math.dist((1, 2), (1 + 0.5 * math.cos(math.radians(25)),
+                                                      0.5 * math.sin(math.radians(25))))
+
+    def test_gears_and_belts_get_ratios_and_radii(self):
+        for more, free, after in (
+                ('''"gears": [ // first
+                    {"name": "g", "first": "A", "second": "B", "ratio": 0.6, "offset_deg": 5}]''',
+                 "gears/g/ratio", 20 / 40),
+                ('''"belts": [{"name": "belt", "pulleys": [{"body": "a", "radius": 0.1},
+                    {"body": "b", "radius": 0.15}]}]''', "belts/0/pulleys/1/radius", 0.1 * 40 / 25)):
+            with self.subTest(free):
+                self.scene.write_text(self.WHEELS % more)
+                told = self.told("--hold", "a", "--free", free, "--out", self.out)
+                change, = told["design"]
+                self.assertTrue(change["in_file"])
+                self.assertLess(abs(change["after"] - after), 1e-9)
+                again = pantin("assemble", self.out, "--hold", "a", "--json")
+                self.assertEqual(again.returncode, 0, again.stderr)
+                self.assertLess(json.loads(again.stdout)["moved_m"], 1e-9)
+                self.assertIn('"ratio": 0.5' if "gear" in free else '"radius": 0.16',
+                              self.out.read_text().replace("0.4999999", "0.5")
+                              .replace("0.15999999", "0.16"))
+
+    HILL = """{"version": 1, "gravity": [0, 0, 0], "solver": {"type": "lagrangian"},
+     "surfaces": [{"name": "hill", "faces": [{"type": "nurbs", "degrees": [2, 2],
+       "knots_u": [0, 0, 0, 1, 1, 1], "knots_v": [0, 0, 0, 1, 1, 1],
+       %s}]}],
+     "bodies": [{"name": "frame", "motion": "fixed"},
+       {"name": "ball", "position": [0.02, 0.01, 0.1], "shape": {"type": "sphere", "radius": 0.05}}],
+     "joints": [{"name": "held", "kind": "fixed", "a": "world", "b": "ball", "anchor": [0, 0, 0]}],
+     "surface_joints": [{"name": "touch", "a": {"body": "ball"},
+       "b": {"body": "frame", "surface": "hill"}}], "free": ["surfaces/hill/%s/1/1"],
+     "drift_bound": 1e-9}"""
+
+    def test_control_points_and_weights_are_written_in_the_form_of_the_file(self):
+        grid = [[x, y, 0.03 if x == y == 0 else 0] for x in (-0.5, 0, 0.5) for y in (-0.5, 0, 0.5)]
+        points = '"points": ' + json.dumps(grid)
+        homogeneous = '"homogeneous": ' + json.dumps([c for p in grid for c in (*p, 1)])
+        lifted = json.dumps([p if p[2] == 0 else [0, 0, 0.3] for p in grid])
+        for net, which in ((points, "points"), (homogeneous, "points"),
+                           ('"points": ' + lifted, "weights"),
+                           ('"points": ' + lifted + ', "weights": [1, 1, 1, 1, 0.9, 1, 1, 1, 1]',
+                            "weights")):
+            with self.subTest(net=net[:10], which=which):
+                self.scene.write_text(self.HILL % (net, which))
+                told = self.told("--out", self.out)
+                change, = told["design"]
+                self.assertEqual((change["law"], change["in_file"]), ("touch", True))
+                self.assertNotEqual(change["before"], change["after"])
+                self.is_closed()
+
+    def test_only_control_points_as_the_file_gives_them_are_free(self):
+        grid = [[x, y, 0.03 if x == y == 0 else 0] for x in (-0.5, 0, 0.5) for y in (-0.5, 0, 0.5)]
+        scene = self.HILL % ('"points": ' + json.dumps(grid), "points")
+        for change, words in (
+                (("hill/points/1/1", "hill/points/3/0"), "expected a control point from 0/0 to 2/2"),
+                (("hill/points/1/1", "hall/points/1/1"), 'nearest is "surfaces/hill"'),
+                (("hill/points/1/1", "hill/points/1"), "expected a path such as"),
+                (('"knots_u"', '"scale": 1.1, "knots_u"'), "neither moved nor scaled"),
+                (('["surfaces/hill/points/1/1"]',
+                  '[{"of": "surfaces/hill/points/1/1", "min": 0}]'), "of one number only")):
+            with self.subTest(words):
+                self.assertIn(change[0], scene)
+                self.scene.write_text(scene.replace(*change))
+                done = pantin("assemble", self.scene)
+                self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
+                self.assertIn(words, done.stderr)
+
     def test_bad_paths_are_refused_where_they_stand(self):
         for free, words in (
                 ('"joints/9/length"', 'found "joints/9/length", expected in place of "9" the name of a joint'),
@@ -319,7 +397,7 @@ class Design(unittest.TestCase):
                 ('3', 'found 3, expected a path such as'),
                 ('{"of": "joints/0/length", "min": 5}', 'expected bounds that its value, 1.118'),
                 ('{"of": "joints/0/length", "min": 2, "max": 1}', 'expected a "min" of at most "max"'),
-                ('{"of": "joints/0/anchor_a", "max": 1}', 'beside a length or a radius only'),
+                ('{"of": "joints/0/anchor_a", "max": 1}', 'beside a quantity of one number only'),
                 ('{"min": 1}', 'found no "of"')):
             with self.subTest(free):
                 self.write(',\n  "free": [' + free + ']')

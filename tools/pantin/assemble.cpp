@@ -380,7 +380,7 @@ which is needed for that: without any one of them the others can hold.
 
 Design variables, the numbers of "free" in the scene and of --free, are solved for together with the
 poses: lengths of distance joints and cables, anchors and axes of joints, pitches of screws, radii of
-pulleys. They change as little as possible, relative to their size, so that parts that do not fit get
+pulleys, ratios of gears, control points and weights of surfaces and curves in contact. They change as little as possible, relative to their size, so that parts that do not fit get
 the lengths that fit. --out writes them where the scene has them.
 
 Examples:

@@ -49,6 +49,9 @@ struct Members {
 /// Anchors are written on both sides, since one that is absent follows from the other. So are axes.
 Members members_of(const World& world, const SceneFree& f) {
   const DesignVariable& v = f.variable;
+  if (v.quantity == Quantity::ratio)
+    return {{{"ratio", fmt::format("{}", value_of(world, v).numbers.x)}}, {}};
+  if (world.belts.find(v.law)) return {};
   const End a = end_of(world, v, Side::a), b = end_of(world, v, Side::b);
   const Link* link = world.links.find(v.law);
   const Cable* cable = world.cables.find(v.law);
@@ -80,27 +83,38 @@ Members members_of(const World& world, const SceneFree& f) {
   return m;
 }
 
-/// Where a member stands: in the joint or cable itself, or in its guide.
-enum class Place { law, guide };
+/// Where a member stands: in the element itself, or in one of its list: a guide or pulley, a face.
+enum class Place { law, part };
 
-/// The element of a joint, cable or guide in a scene.
+/// Item of an array by number.
+NodeId item_of(const JsonDocument& json, NodeId array, std::uint32_t number) {
+  NodeId at = array == kNoNode ? kNoNode : json[array].first_child;
+  for (; at != kNoNode && number > 0; --number) at = json[at].next;
+  return at;
+}
+
+/// The element of a law, guide, pulley, face or curve in a scene.
 NodeId element_of(const JsonDocument& json, const SceneFree& f, Place place) {
-  NodeId list = json.member(0, f.is_cable ? "cables" : "joints");
-  if (list == kNoNode && f.is_cable) list = json.member(0, "strings");
-  const auto item = [&](NodeId array, std::uint32_t number) {
-    NodeId at = array == kNoNode ? kNoNode : json[array].first_child;
-    for (; at != kNoNode && number > 0; --number) at = json[at].next;
-    return at;
-  };
-  const NodeId element = item(list, *f.element);
+  NodeId list = json.member(0, f.list);
+  if (list == kNoNode && f.list == "cables") list = json.member(0, "strings");
+  if (list == kNoNode && f.list == "gears") list = json.member(0, "ratios");
+  const NodeId element = item_of(json, list, *f.element);
   if (place == Place::law || element == kNoNode) return element;
-  return item(json.member(element, "over"), f.variable.guide);
+  if (f.list == "surfaces") return item_of(json, json.member(element, "faces"), f.variable.face);
+  return item_of(json, json.member(element, f.list == "belts" ? "pulleys" : "over"),
+                 f.variable.guide);
 }
 
 JsonDocument parsed(std::string_view text) {
   JsonLimits limits;
   limits.style = JsonStyle::json5;
   return parse_json(text, limits);
+}
+
+/// Replaces a value of a document in its text.
+void set_text(std::string& text, const JsonDocument& json, NodeId node, const std::string& value) {
+  const std::size_t from = json[node].offset;
+  text.replace(from, end_of_member(json, node) - from, value);
 }
 
 void set_member(std::string& text, const SceneFree& f, Place place,
@@ -110,15 +124,50 @@ void set_member(std::string& text, const SceneFree& f, Place place,
   const NodeId element = element_of(json, f, place);
   if (element == kNoNode) return;
   const auto& [key, value] = member;
-  const NodeId old = json.member(element, key);
-  if (old == kNoNode) {
-    NodeId last = json[element].first_child;
-    while (json[last].next != kNoNode) last = json[last].next;
-    text.insert(end_of_member(json, last), fmt::format(", \"{}\": {}", key, value));
+  if (const NodeId old = json.member(element, key); old != kNoNode)
+    return set_text(text, json, old, value);
+  NodeId last = json[element].first_child;
+  while (json[last].next != kNoNode) last = json[last].next;
+  text.insert(end_of_member(json, last), fmt::format(", \"{}\": {}", key, value));
+}
+
+/// Replaces one number or point of a list.
+void set_item(std::string& text, const SceneFree& f, std::pair<const char*, std::uint32_t> at,
+              const std::string& value) {
+  const std::string before = text;
+  const JsonDocument json = parsed(before);
+  const NodeId element = element_of(json, f, f.list == "surfaces" ? Place::part : Place::law);
+  if (element == kNoNode) return;
+  const NodeId item = item_of(json, json.member(element, at.first), at.second);
+  if (item != kNoNode) set_text(text, json, item, value);
+}
+
+/// Writes a control point and its weight, in the form that the file has.
+void set_control_point(std::string& text, const World& world, const SceneFree& f) {
+  const nurbs::Weighted point = control_point_of(world, f.variable);
+  const Place place = f.list == "surfaces" ? Place::part : Place::law;
+  const std::string before = text;
+  const JsonDocument json = parsed(before);
+  const NodeId element = element_of(json, f, place);
+  if (element == kNoNode) return;
+  if (json.member(element, "homogeneous") != kNoNode) {
+    for (const std::uint32_t i : f.images)
+      for (const auto& [k, number] :
+           {std::pair(0u, point.x), {1u, point.y}, {2u, point.z}, {3u, point.w}})
+        set_item(text, f, {"homogeneous", 4 * i + k}, fmt::format("{}", number));
     return;
   }
-  const std::size_t from = json[old].offset;
-  text.replace(from, end_of_member(json, old) - from, value);
+  if (is_point(f.variable.quantity)) {
+    for (const std::uint32_t i : f.images)
+      set_item(text, f, {"points", i}, vector_text(point.point()));
+    return;
+  }
+  if (json.member(element, "weights") == kNoNode) {
+    const std::vector<int> ones(json[json.member(element, "points")].count, 1);
+    set_member(text, f, place, {"weights", fmt::format("[{}]", fmt::join(ones, ", "))});
+  }
+  for (const std::uint32_t i : f.images)
+    set_item(text, f, {"weights", i}, fmt::format("{}", point.w));
 }
 
 void remove_member(std::string& text, const SceneFree& f, const std::string& key) {
@@ -142,6 +191,7 @@ void remove_member(std::string& text, const SceneFree& f, const std::string& key
 std::vector<double> shown_value(const World& world, const DesignVariable& v,
                                 const DesignValue& value) {
   if (numbers_of(v.quantity) == 1) return {value.numbers.x};
+  if (is_point(v.quantity)) return {value.numbers.x, value.numbers.y, value.numbers.z};
   const End end = end_of(world, v, side_of(v.quantity));
   const bool is_axis = v.quantity == Quantity::axis_a || v.quantity == Quantity::axis_b;
   const Vec3 x = is_axis ? end.direction(value.axes * Vec3(1, 0, 0)) : end.point(value.numbers);
@@ -155,11 +205,16 @@ std::string with_design(std::string_view text, const World& world,
   std::string written(text);
   for (const SceneFree& f : free) {
     if (!f.element) continue;
+    const Quantity q = f.variable.quantity;
+    if (is_point(q) || is_weight(q)) {
+      set_control_point(written, world, f);
+      continue;
+    }
     const Members members = members_of(world, f);
     for (const auto& member : members.set) set_member(written, f, Place::law, member);
     for (const std::string& key : members.removed) remove_member(written, f, key);
-    if (f.variable.quantity == Quantity::radius)
-      set_member(written, f, Place::guide,
+    if (q == Quantity::radius)
+      set_member(written, f, Place::part,
                  {"radius", fmt::format("{}", value_of(world, f.variable).numbers.x)});
   }
   return written;

@@ -110,7 +110,7 @@ bool GroupBuilder::place_pulleys(Element<BeltRecipe> e, BuiltBelt& made) {
 void GroupBuilder::add_belt(Element<BeltRecipe> e) {
   const BeltRecipe& recipe = e.recipe;
   BuiltBelt made{
-      name_for(recipe.name, recipe.pulleys[0].body, recipe.pulleys[1].body), e.id, {}, {}};
+      name_for(recipe.name, recipe.pulleys[0].body, recipe.pulleys[1].body), e.id, {}, {}, {}};
   Belt& belt = made.belt;
   belt.friction = recipe.friction, belt.pretension = recipe.pretension;
   belt.width = recipe.width, belt.material = recipe.material;
@@ -122,6 +122,7 @@ void GroupBuilder::add_belt(Element<BeltRecipe> e) {
   const std::string why = lay_round(belt, poses, sides);
   if (!why.empty()) return messages_.error(e.id, "pulleys", "found " + why);
   if (recipe.has_links) return add_links_of_belt(e, made);
+  made.laid = poses;
   made_.belts.push_back(std::move(made));
 }
 

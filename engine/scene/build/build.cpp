@@ -133,7 +133,7 @@ BuiltScene build_scene(const Recipe& recipe, BuildMessages& messages, const Scen
   // at its pose.
   for (const BuiltPath& d : whole.paths) whole.bodies[d.body].body.pose = pose_at(d.path, 0);
   place_at_poses(whole, messages);
-  check_free(whole, recipe.top.free, messages);
+  check_free({whole, recipe.nets}, recipe.top.free, messages);
   return whole;
 }
 

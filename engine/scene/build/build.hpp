@@ -49,6 +49,7 @@ struct BuiltBelt {
   ElementId at{};
   std::vector<std::uint32_t> bodies;  // of its pulleys
   Belt belt;                          // entities are not set yet
+  std::vector<Pose> laid;             // poses of these bodies where it was laid
 };
 
 struct BuiltGuide {
@@ -68,7 +69,8 @@ struct BuiltSurfaceJoint {
   std::string name;
   ElementId at{};
   std::uint32_t a = 0, b = 0;
-  SurfaceContact contact;  // entities are not set yet
+  SurfaceContact contact;        // entities are not set yet
+  std::string curve_a, curve_b;  // names of their curves in the list
 };
 
 struct BuiltPin {
@@ -91,18 +93,23 @@ struct BuiltPose {
   Pose pose;  // of its mass-centre frame
 };
 
-/// A design variable; its law is an element of BuiltScene::joints or cables.
+/// A design variable; its law is an element of a list of BuiltScene.
 struct BuiltFree {
-  DesignVariable variable;  // entity is not set yet
-  bool is_cable = false;
+  DesignVariable variable;                // entity is not set yet
+  ElementKind kind = ElementKind::joint;  // joint, string, ratio, belt or surface_joint
   std::uint32_t law = 0;
+  const NetRecipe* net = nullptr;       // of a control point or weight
+  std::vector<std::uint32_t> images{};  // numbers of the control point in the file
 };
 /// Finds the number that a path names; otherwise sets the fault, "found ..., expected ...".
-std::optional<BuiltFree> find_free(const BuiltScene& built, const FreeRecipe& recipe,
+struct FreeSource {
+  const BuiltScene& built;
+  const std::vector<NetRecipe>& nets;
+};
+std::optional<BuiltFree> find_free(const FreeSource& in, const FreeRecipe& recipe,
                                    std::string& fault);
 /// Reports paths that name no number of an equation, and bounds that exclude its value.
-void check_free(const BuiltScene& built, const std::vector<FreeRecipe>& all,
-                BuildMessages& messages);
+void check_free(const FreeSource& in, const std::vector<FreeRecipe>& all, BuildMessages& messages);
 
 /// The type of entity that an event acts on.
 enum class EventObject : std::uint8_t { none, body, joint, cable, pin, gear };

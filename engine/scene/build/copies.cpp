@@ -159,7 +159,7 @@ void GroupBuilder::copy_belt(const Copy& how, const BuiltBelt& belt, std::uint32
   p.name.insert(0, how.prefix);
   std::vector<Pose> poses;
   for (std::uint32_t& body : p.bodies) body += first, poses.push_back(made_.pose_of(body));
-  lay_belt(p.belt, poses);
+  lay_belt(p.belt, poses), p.laid = poses;
   if ((how.at.rotation * Vec3(0, 0, 1)).z < 1 - 1e-12)
     messages_.error(belt.at, "",
                     "found a belt in a prefab whose copy \"" + how.instance.name +

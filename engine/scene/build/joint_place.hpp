@@ -19,9 +19,10 @@ Error error_of_joint(const std::string& path, std::string_view joint, const std:
 struct SceneFree {
   std::string path;  // as written: "joints/3/length"
   DesignVariable variable;
-  bool is_cable = false;
+  std::string_view list;  // the key of its list: "joints", "surfaces"
   // Its element in the list of the file; none: it comes from a prefab or generator.
   std::optional<std::uint32_t> element;
+  std::vector<std::uint32_t> images{};  // a control point: its numbers in the face or curve
 };
 
 /// The design variables of a scene that was read from a file, and of further paths, whose errors

@@ -36,7 +36,13 @@ void GroupBuilder::add_surface_joint(Element<SurfaceJointRecipe> e) {
                            "found a surface joint of " + quoted_name(recipe.a.body) + " and " +
                                quoted_name(recipe.b.body) +
                                ", expected two bodies, at least one of them dynamic");
-  BuiltSurfaceJoint made{name_for(recipe.name, recipe.a.body, recipe.b.body), e.id, *a, *b, {}};
+  BuiltSurfaceJoint made{name_for(recipe.name, recipe.a.body, recipe.b.body),
+                         e.id,
+                         *a,
+                         *b,
+                         {},
+                         recipe.a.curve_name,
+                         recipe.b.curve_name};
   SurfaceContact& c = made.contact;
   c.motion = recipe.motion, c.lifts = recipe.lifts, c.on_rim = recipe.on_rim;
   c.friction = recipe.friction.value_or(-1);

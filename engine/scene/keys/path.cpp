@@ -36,10 +36,12 @@ constexpr Key kFreeNumber[] = {
         "of", "a path such as \"joints/3/length\"",
         "joints/WHICH/KEY with the key length (of a distance), pitch (of a screw), anchor_a, "
         "anchor_b, axis_a or "
-        "axis_b; cables/WHICH/KEY with length, anchor_a, anchor_b or over/NUMBER/radius. WHICH is "
-        "a number, from 0, or a name."),
-    number<&FreeRecipe::least>("min", "m", kNotNegative, "Least value of a length or radius."),
-    number<&FreeRecipe::most>("max", "m", kNotNegative, "Greatest value of a length or radius."),
+        "axis_b; cables/WHICH/KEY with length, anchor_a, anchor_b or over/NUMBER/radius; "
+        "gears/WHICH/ratio; belts/WHICH/pulleys/NUMBER/radius. WHICH is a number, from 0, or a "
+        "name. Of named surfaces and curves of surface joints: surfaces/NAME/points/I/J, "
+        "surfaces/NAME/faces/F/weights/I/J, curves/NAME/points/I."),
+    number<&FreeRecipe::least>("min", "", kAnyNumber, "Least value of a quantity of one number."),
+    number<&FreeRecipe::most>("max", "", kAnyNumber, "Greatest value of such a quantity."),
 };
 
 constexpr std::string_view kKinematicBody = "the name of a kinematic body";

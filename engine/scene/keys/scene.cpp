@@ -33,8 +33,8 @@ constexpr Key kPoses = objects(
     "writes them.");
 constexpr Key kFree = of_object(
     "free", ValueType::objects_or_references, "free_number",
-    "Numbers of joints and cables that `pantin assemble` may change together with the poses, as "
-    "little as possible: \"joints/3/length\".");
+    "Numbers of laws that `pantin assemble` may change together with the poses, as little as "
+    "possible: \"joints/3/length\", \"surfaces/cam/points/2/1\".");
 constexpr Key kInstances = objects("instances", "instance", "Copies of prefabs.");
 constexpr Key kGenerators =
     object("generators", "generators", "Generators of chains, grids, stairs and mirror images.");

@@ -89,6 +89,8 @@ bool read_members(const Reading& reading, const Reader& from, SurfaceSideRecipe&
     if (!curve) return false;
     side.curve =
         contact_curve(*curve, from.flag("inside_out") ? OuterSide::left : OuterSide::right);
+    if (const JsonNode& name = reading.json[from.find("curve")]; name.kind == JsonKind::string)
+      side.curve_name = name.text;
     side.pose = from.pose();
     if (const std::string why = curve_fault(*side.curve); !why.empty()) {
       from.error("curve", why);

@@ -287,6 +287,46 @@ void read_laminas(const Reading& reading, const Reader& from, Scene& scene) {
   if (!all.empty()) scene.laminas = std::make_shared<const std::vector<LaminaPlan>>(std::move(all));
 }
 
+/// Whether a surface, face or curve is in the scene as its numbers give it.
+bool is_as_given(const JsonDocument& json, NodeId node) {
+  for (const char* key : {"file", "scale", "position", "rotation", "rotation_deg", "inside_out"})
+    if (json.member(node, key) != kNoNode) return false;
+  return true;
+}
+
+/// Whether it is one of NURBS by their control points.
+bool is_by_points(const JsonDocument& json, NodeId node) {
+  const NodeId type = json[node].kind == JsonKind::object ? json.member(node, "type") : kNoNode;
+  return type != kNoNode && json[type].text == "nurbs" && is_as_given(json, node);
+}
+
+/// Lists the named surfaces and curves of the scene itself.
+void note_nets(const Reading& reading, const Reader& from, std::vector<NetRecipe>& nets) {
+  const JsonDocument& json = reading.json;
+  const auto list = [&](const char* key, const auto& known, const auto& note) {
+    std::uint32_t element = 0;
+    for (const NodeId node : from.items(key)) {
+      NetRecipe net{key, element++, {}, {}, {}};
+      const NodeId name = json[node].kind == JsonKind::object ? json.member(node, "name") : kNoNode;
+      const auto found = name == kNoNode ? known.end() : known.find(json[name].text);
+      if (found == known.end() || !found->second) continue;
+      net.path.append("/").append(json[name].text);
+      note(net, node, found->second);
+      nets.push_back(std::move(net));
+    }
+  };
+  list("surfaces", reading.surface_of, [&](NetRecipe& net, NodeId node, const auto& surface) {
+    net.surface = surface;
+    const NodeId faces = json.member(node, "faces");
+    if (faces == kNoNode || json[faces].kind != JsonKind::array) return;
+    for (NodeId face = json[faces].first_child; face != kNoNode; face = json[face].next)
+      net.is_plain.push_back(is_as_given(json, node) && is_by_points(json, face));
+  });
+  list("curves", reading.curve_of, [&](NetRecipe& net, NodeId node, const auto& curve) {
+    net.curve = curve, net.is_plain = {is_by_points(json, node)};
+  });
+}
+
 void read_head(const Reading& reading, const Reader& from, Recipe& recipe) {
   from.number("version");
   from.text("$schema", "");
@@ -323,6 +363,7 @@ void read_content(Reading& reading, const Reader& from, std::uint32_t number) {
   read_classes(reading, from);
   read_prefabs(reading, from);
   Recipe& recipe = reading.scene.recipe;
+  if (number == 0) note_nets(reading, from, recipe.nets);
   Group& group = number == 0 ? recipe.top : recipe.prefabs[number - 1];
   read_group({reading, number, group}, from);
 }
