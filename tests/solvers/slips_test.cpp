@@ -236,6 +236,10 @@ TEST_CASE("slips: a blade gives way when the side force exceeds its grip, and no
     for (int i = 0; i < 80 && slid == 0; ++i) {
       REQUIRE(sim.step().status == Status::ok);
       if (std::abs(sideways_at_blade(sim.world, s.body, 0)) > 1e-9) slid = sim.world.time;
+      // Not more than the grip, nor in the step in which it gives way.
+      const auto reaction = joint_reaction(sim.world, s.skate);
+      REQUIRE(reaction);
+      CHECK(glm::length(reaction->force) <= kGrip * (1 + 1e-9));
     }
     CHECK(slid >= gives);
     CHECK(slid <= gives + 0.02);

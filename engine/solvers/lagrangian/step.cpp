@@ -303,13 +303,15 @@ ConstraintWrench joint_wrench(const Island& m, std::size_t block) {
   PANTIN_ASSERT(block < m.blocks.size() && m.blocks[block].count > 1);
   Vec3 pull[2] = {Vec3(0), Vec3(0)};
   const Block& joint = m.blocks[block];
+  // In the step in which it begins to slide, the multipliers are those of before.
+  const bool slides = may_slip(joint) && !m.memory[block].active;
   // A joint's limits follow it.
-  for (std::size_t i = block; i < m.blocks.size(); ++i) {
+  for (std::size_t i = slides ? block + 1 : block; i < m.blocks.size(); ++i) {
     const Block& b = m.blocks[i];
     if (i > block && (b.kind != BlockKind::limit || b.source != joint.source)) break;
     add_constraint_force({b, jacobian_of(m, b), 1}, &m.forces[b.first_row], pull);
   }
-  if (may_slip(joint) && !m.memory[block].active) {
+  if (slides) {
     const SurfaceFound& found = m.scratch.touching[joint.first_place];
     pull[0] += joint.bound * found.along;
     pull[1] += joint.bound * glm::cross(found.arm[1], found.along);
