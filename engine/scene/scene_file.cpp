@@ -128,15 +128,21 @@ Real promised_gap(const World& world) {
   return kTrees;
 }
 
-Result<Scene> parse_whole(std::string_view text, std::string_view name, const SceneLimits& limits,
-                          const SolverChoices& choices) {
+struct Wanted {
+  const SceneLimits& limits;
+  const SolverChoices& choices;
+  Start start = Start::in_contact;
+};
+
+Result<Scene> parse_whole(std::string_view text, std::string_view name, const Wanted& wanted) {
+  const auto& [limits, choices, start] = wanted;
   if (text.size() > limits.bytes) return Error{too_long(name, limits.bytes, "a scene file")};
   SceneFiles files(limits);
   if (!files.open(name, text).is_json()) return files.errors();
 
   JsonPlaces places(files);
   Recipe recipe = read_recipe(files, places, limits);
-  const BuiltScene built = build_scene(recipe, places, limits);
+  const BuiltScene built = build_scene(recipe, places, limits, start);
   if (files.any_errors()) return files.errors();
   Scene scene = std::move(recipe.scene);
   std::vector<Solver> solvers = solvers_of(built, scene.world.default_settings.solver);
@@ -165,7 +171,7 @@ Result<Scene> parse_whole(std::string_view text, std::string_view name, const Sc
 Result<Scene> parse_scene(std::string_view text, std::string_view name, const SceneLimits& limits,
                           const SolverChoices& choices) {
   try {
-    return parse_whole(text, name, limits, choices);
+    return parse_whole(text, name, {limits, choices});
   } catch (const Cancelled&) {
     return Error{printable(name) + ": reading was cancelled"};
   }
@@ -179,6 +185,14 @@ Result<Scene> load_scene(const std::string& path, const SceneLimits& limits,
 }
 
 namespace detail {
+
+Result<Scene> load_scene_in_parts(const std::string& path, const SolverChoices& solver) {
+  const SceneLimits limits;
+  const Result<std::string> text = read_text(path, limits.bytes, "a scene file");
+  if (!text) return text.errors();
+  return parse_whole(*text, path, {limits, solver, Start::anywhere});
+}
+
 namespace {
 
 /// The element that a joint is built from.
@@ -202,7 +216,7 @@ Error error_of_joint(const std::string& path, std::string_view joint, const std:
   if (!text || !files.open(path, *text).is_json()) return {path + ": " + message};
   JsonPlaces places(files);
   const Recipe recipe = read_recipe(files, places, limits);
-  const BuiltScene built = build_scene(recipe, places, limits);
+  const BuiltScene built = build_scene(recipe, places, limits, Start::anywhere);
   const auto at = element_of(built, joint);
   if (!at || files.any_errors()) return {path + ": " + message};
   places.error(*at, "", message);
@@ -239,7 +253,7 @@ Result<std::vector<SceneFree>> free_numbers(const std::string& file, const World
   if (!files.open(file, *text).is_json()) return files.errors();
   JsonPlaces places(files);
   const Recipe recipe = read_recipe(files, places, limits);
-  const BuiltScene built = build_scene(recipe, places, limits);
+  const BuiltScene built = build_scene(recipe, places, limits, Start::anywhere);
   if (files.any_errors()) return files.errors();
   if (built.joints.size() > world.links.size() || built.cables.size() > world.cables.size() ||
       built.gears.size() > world.gears.size() || built.belts.size() > world.belts.size() ||

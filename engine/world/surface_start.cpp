@@ -139,6 +139,11 @@ std::string would_cross(const SurfaceContact& c, const Pose& a_in_b,
          " m is closed, expected a hollow wider than what lies in it";
 }
 
+/// Relative curvature, times the size, below which a place of contact is uncertain.
+constexpr Real kNearlyConforming = 1e-3;
+/// Of the size: pairs of points this far apart are different, and gaps that differ by less equal.
+constexpr Real kOtherPlace = 1e-2, kSameGap = 1e-6;
+
 std::string far_apart(const SurfaceContact& c, const Pose& a_in_b, Real reach) {
   if (c.on_a.curve)
     return "found a curve " + shown(apart(c, a_in_b)) + " m from " +
@@ -251,6 +256,30 @@ std::string fit_between(const SurfaceContact& c, const PairPoses& bodies) {
              "the surfaces conform where they are nearest, along a line or an area "
              "(ContactDegenerate), where the joint has no effect; ") +
          kInstead;
+}
+
+std::string doubt_of_place(const SurfaceContact& c, const PairPoses& bodies) {
+  if (!c.known) return {};
+  const Pose a_in_b =
+      compose(inverse(compose(bodies.b, c.on_b.pose)), compose(bodies.a, c.on_a.pose));
+  const Real size = std::min(size_of(c.on_a), size_of(c.on_b));
+  nurbs::CommonNormal found[kMostPairs];
+  const std::size_t count = find_pairs(c, a_in_b, {size, found});
+  if (count == 0) return {};
+  const auto nearest = std::min_element(found, found + count, [](const auto& x, const auto& y) {
+    return std::abs(x.gap) < std::abs(y.gap);
+  });
+  if (std::abs(nearest->least_curvature) * size < kNearlyConforming)
+    return "the surfaces nearly conform where they touch (relative curvature " +
+           shown(nearest->least_curvature) + " 1/m), so that the place of contact is uncertain";
+  if (c.lifts && c.spots > 1) return {};  // several places are tracked
+  for (std::size_t i = 0; i < count; ++i)
+    if (glm::distance(found[i].on_b, nearest->on_b) > kOtherPlace * size &&
+        std::abs(std::abs(found[i].gap) - std::abs(nearest->gap)) < kSameGap * size)
+      return "two pairs of points " + shown(glm::distance(found[i].on_b, nearest->on_b)) +
+             " m apart have the same gap, so that which of them touches is uncertain: place the "
+             "bodies nearer to one";
+  return {};
 }
 
 std::uint8_t usual_spots(const SurfaceContact& c) {

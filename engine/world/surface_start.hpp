@@ -42,6 +42,11 @@ std::uint8_t usual_spots(const SurfaceContact& contact);
 /// one plane; otherwise an empty string.
 std::string place_surfaces(SurfaceContact& contact, const PairPoses& bodies);
 
+/// Why the place of a contact that was found at these poses is uncertain: the surfaces nearly
+/// conform there, so that small displacements move it far, or another pair of points has nearly the
+/// same gap. Otherwise, and where no contact was found, empty.
+std::string doubt_of_place(const SurfaceContact& contact, const PairPoses& bodies);
+
 /// A warning about the sharpest crease between joined faces, which no contact can cross; otherwise
 /// empty.
 std::string crease_between(const ContactSurface& surface, const char* side);

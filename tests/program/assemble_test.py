@@ -387,6 +387,24 @@ class Design(unittest.TestCase):
                 self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
                 self.assertIn(words, done.stderr)
 
+    def test_surfaces_that_are_written_apart_are_brought_together(self):
+        self.scene.write_text("""{"version": 1, "gravity": [0, 0, 0], "solver": {"type": "lagrangian"},
+          "bodies": [{"name": "table", "motion": "fixed", "shape": {"type": "plane", "size": 4}},
+            {"name": "ball", "position": [0, 3, 0], "shape": {"type": "sphere", "radius": 0.1}}],
+          "joints": [{"name": "rod", "kind": "distance", "a": "world", "b": "ball",
+            "anchor_a": [0, 1, 0], "anchor_b": [0, 0, 0], "length": 1.2}],
+          "surface_joints": [{"name": "touch", "a": {"body": "ball"}, "b": {"body": "table"},
+            "motion": "rolling"}], "drift_bound": 1e-9}""")
+        for command in ("run", "check"):
+            done = pantin(command, self.scene)
+            self.assertEqual(done.returncode, 2)
+            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+            self.assertIn("found surfaces 2.9 m apart", done.stderr)
+            self.assertIn("`pantin assemble` brings bodies together", done.stderr)
+        told = self.told("--out", self.out)
+        self.assertGreater(told["moved_m"], 1)
+        self.is_closed()
+
     def test_bad_paths_are_refused_where_they_stand(self):
         for free, words in (
                 ('"joints/9/length"', 'found "joints/9/length", expected in place of "9" the name of a joint'),

@@ -372,3 +372,43 @@ TEST_CASE("surfaces that may lift off and never touch in one point are warned of
   CHECK(line[0].find("the surfaces conform") != std::string::npos);
   CHECK(warnings(R"({"type": "torus", "radius": 0.1, "tube": 0.04})", kLifts).empty());
 }
+
+TEST_CASE("an uncertain place of contact is warned about") {
+  const auto warnings_of = [](const std::string& text) {
+    const Result<Scene> scene = parse_scene(text, "s.json");
+    REQUIRE(scene);
+    std::string all;
+    for (const std::string& line : scene->warnings) all += line + "\n";
+    return all;
+  };
+  const auto in_ring = [](const char* radius, const char* at) {
+    return std::string(R"({"version": 1, "solver": {"type": "lagrangian"}, "bodies": [
+      {"name": "egg", "motion": "fixed", "position": [0, )") +
+           at + R"(, 0], "shape": {"type": "ellipsoid", "radii": [0.3, 0.1, 0.2]}},
+      {"name": "ring", "mass": 1, "inertia": [1, 1, 1]}], "surface_joints": [{"name": "touch",
+      "a": {"body": "egg"}, "b": {"body": "ring", "surface": {"faces": [{"type": "sphere",
+      "radius": )" +
+           radius + R"(}], "inside_out": true}}}]})";
+  };
+  // Both ends of the egg are as near to the ring.
+  CHECK(warnings_of(in_ring("0.31", "0"))
+            .find("two pairs of points 0.62 m apart have the same gap") != std::string::npos);
+  CHECK(warnings_of(scene_of(kPlain)).find("uncertain") == std::string::npos);
+  const auto bowl = [](const char* radius, const char* drop) {
+    return std::string(R"({"version": 1, "solver": {"type": "lagrangian"}, "bodies": [
+      {"name": "bowl", "motion": "fixed"},
+      {"name": "ball", "position": [0, -)") +
+           drop +
+           R"(, 0], "shape": {"type": "sphere", "radius": 0.1}}],
+      "surface_joints": [{"name": "touch", "a": {"body": "ball"}, "b": {"body": "bowl",
+      "surface": {"faces": [{"type": "revolution", "angle_deg": 140, "rotation_deg": [0, 0, -160],
+      "profile": {"type": "arc", "radius": )" +
+           radius + R"(, "angles_deg": [-72, 72], "rotation_deg": [90, 0, 0]}}],
+      "inside_out": true}}}]})";
+  };
+  CHECK(warnings_of(bowl("0.10005", "0.00005")).find("nearly conform where they touch") !=
+        std::string::npos);
+  // Near the centre of the hollow, too, where the gap is the same all round.
+  CHECK(warnings_of(bowl("0.11", "0.000005")).find("nearly conform") != std::string::npos);
+  CHECK(warnings_of(bowl("0.11", "0.01")).find("nearly conform") == std::string::npos);
+}

@@ -333,7 +333,7 @@ int assemble_scene(const AssembleChoices& c) {
   }
   SolverChoices solver;
   if (c.jacobians) solver.jacobians = jacobians_named(*c.jacobians);
-  Result<Scene> loaded = load_scene(c.scene, {}, solver);
+  Result<Scene> loaded = load_scene_in_parts(c.scene, solver);
   if (!loaded) {
     for (const Error& e : loaded.errors()) print_error(e.message);
     return kUsage;

@@ -107,7 +107,7 @@ const BuiltPrefab* BuildContext::built(std::uint32_t which, const ElementId& at,
 namespace {
 
 /// Applies "poses". The contacts of surfaces that have moved are found again.
-void place_at_poses(BuiltScene& whole, BuildMessages& messages) {
+void place_at_poses(BuiltScene& whole) {
   std::vector<bool> moved(whole.bodies.size(), false);
   for (const BuiltPose& p : whole.poses)
     whole.bodies[p.body].body.pose = p.pose, moved[p.body] = true;
@@ -115,15 +115,35 @@ void place_at_poses(BuiltScene& whole, BuildMessages& messages) {
   for (BuiltSurfaceJoint& joint : whole.surface_joints) {
     if (!has_moved(joint.a) && !has_moved(joint.b)) continue;
     joint.contact.known = false;
-    const std::string why =
-        place_surfaces(joint.contact, {whole.pose_of(joint.a), whole.pose_of(joint.b)});
-    if (!why.empty()) messages.error(joint.at, "", why);
+    joint.apart = place_surfaces(joint.contact, {whole.pose_of(joint.a), whole.pose_of(joint.b)});
+  }
+}
+
+/// Reports bilateral surfaces that are not in contact, and places of contact that are uncertain.
+void check_contacts(const BuiltScene& whole, Start start, BuildMessages& messages) {
+  for (const BuiltSurfaceJoint& joint : whole.surface_joints) {
+    const PairPoses poses{whole.pose_of(joint.a), whole.pose_of(joint.b)};
+    if (joint.apart.empty()) {
+      if (const std::string doubt = doubt_of_place(joint.contact, poses); !doubt.empty())
+        messages.warn(joint.at, "uncertain contact",
+                      "surface joint " + quoted_name(joint.name) + ": " + doubt);
+      continue;
+    }
+    SurfaceContact open = joint.contact;
+    open.lifts = true;
+    // Apart, and neither conforming nor with inner sides towards one another.
+    const bool is_open =
+        place_surfaces(open, poses).empty() && joint.apart.find("within ") != std::string::npos;
+    if (is_open && start == Start::anywhere) continue;
+    messages.error(joint.at, "",
+                   joint.apart + (is_open ? "; `pantin assemble` brings bodies together" : ""));
   }
 }
 
 }  // namespace
 
-BuiltScene build_scene(const Recipe& recipe, BuildMessages& messages, const SceneLimits& limits) {
+BuiltScene build_scene(const Recipe& recipe, BuildMessages& messages, const SceneLimits& limits,
+                       Start start) {
   BuildContext context(recipe, messages, limits);
   // Unused prefabs are checked too.
   for (std::uint32_t i = 0; i < recipe.prefabs.size(); ++i)
@@ -132,7 +152,8 @@ BuiltScene build_scene(const Recipe& recipe, BuildMessages& messages, const Scen
   // Joints and cables were measured at rest; now each body is placed at the start of its path, or
   // at its pose.
   for (const BuiltPath& d : whole.paths) whole.bodies[d.body].body.pose = pose_at(d.path, 0);
-  place_at_poses(whole, messages);
+  place_at_poses(whole);
+  check_contacts(whole, start, messages);
   check_free({whole, recipe.nets}, recipe.top.free, messages);
   return whole;
 }

@@ -71,6 +71,7 @@ struct BuiltSurfaceJoint {
   std::uint32_t a = 0, b = 0;
   SurfaceContact contact;        // entities are not set yet
   std::string curve_a, curve_b;  // names of their curves in the list
+  std::string apart{};           // why the bodies are not in contact where they are built
 };
 
 struct BuiltPin {
@@ -155,7 +156,10 @@ struct BuiltScene {
 
 /// Reports unknown names, prefabs that contain themselves, and counts beyond the limits; the latter
 /// before anything is copied. Throws Cancelled if the limits' callback says so.
-BuiltScene build_scene(const Recipe& recipe, BuildMessages& messages, const SceneLimits& limits);
+/// Whether bilateral surfaces must be in contact at the start.
+enum class Start : std::uint8_t { in_contact, anywhere };
+BuiltScene build_scene(const Recipe& recipe, BuildMessages& messages, const SceneLimits& limits,
+                       Start start = Start::in_contact);
 
 /// Layout of a chain: the frame of each link, and the positions of the joints.
 struct ChainLayout {

@@ -6,9 +6,14 @@
 #include <vector>
 
 #include "engine/base/result.hpp"
+#include "engine/scene/scene.hpp"
 #include "engine/world/design.hpp"
 
 namespace pantin::detail {
+
+/// Reads a scene whose bodies may be anywhere, for assembly: bilateral surfaces need not be in
+/// contact.
+Result<Scene> load_scene_in_parts(const std::string& path, const SolverChoices& solver);
 
 /// An error of a joint, by its name in the World: file, position and JSON pointer of the element
 /// that it was built from, then the message. Reads the file again; without a position if the file

@@ -66,8 +66,14 @@ void GroupBuilder::add_surface_joint(Element<SurfaceJointRecipe> e) {
   }
   c.spots = static_cast<std::uint8_t>(recipe.contacts.value_or(usual_spots(c)));
   if (const std::string why = place_surfaces(c, {made_.pose_of(*a), made_.pose_of(*b)});
-      !why.empty())
-    return messages_.error(e.id, "", why);
+      !why.empty()) {
+    // "poses" may bring them together.
+    SurfaceContact open = c;
+    open.lifts = true;
+    if (!place_surfaces(open, {made_.pose_of(*a), made_.pose_of(*b)}).empty())
+      return messages_.error(e.id, "", why);
+    made.apart = why;
+  }
   for (const auto& [surface, side] : {std::pair{&c.on_a, "surface a"}, {&c.on_b, "surface b"}})
     if (const std::string crease = crease_between(*surface, side); !crease.empty())
       messages_.warn(e.id, "crease", crease + "; a contact that reaches it is lost");
