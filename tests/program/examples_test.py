@@ -69,7 +69,7 @@ class Examples(Folder):
         return done.stdout
 
     def test_every_example_of_every_command_works(self):
-        for command in ("run", "check", "bench", "doctor", "view", "schema", "surface", "modes", "new",
+        for command in ("run", "check", "bench", "chart", "stability", "doctor", "view", "schema", "surface", "modes", "new",
                         "completion", "help"):
             text = self.help_of(command)
             lines = re.findall(r"^\s*(pantin .*)$", text.split("Examples:")[1], re.M)

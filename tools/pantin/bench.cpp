@@ -151,25 +151,6 @@ std::string first_line_with(const char* file, const std::string& key) {
   return "unknown";
 }
 
-Json header() {
-  Json j;
-  j["version"] = PANTIN_VERSION;
-#ifdef PANTIN_COMMIT
-  j["commit"] = PANTIN_COMMIT;
-#endif
-  j["compiler"] = PANTIN_COMPILER;
-#ifdef PANTIN_FLAGS
-  j["flags"] = PANTIN_FLAGS;
-#endif
-  j["kernels"] = articulated::kernels().name;
-  j["cpu"] = first_line_with("/proc/cpuinfo", "model name");
-  j["cores"] = sysconf(_SC_NPROCESSORS_ONLN);
-  double load[1] = {0};
-  if (getloadavg(load, 1) == 1) j["load"] = load[0];
-  j["clock"] = "process CPU time, all threads";
-  return j;
-}
-
 /// The rows as CSV.
 std::string csv_of(const Json& head, const Json& rows) {
   std::string text;
@@ -239,7 +220,7 @@ void print_table(const Json& head, const Json& rows) {
 }
 
 int bench(const BenchChoices& c) {
-  const Json head = header();
+  const Json head = build_and_machine();
   Json rows = Json::array();
   int exit_code = kOk;
   for (const std::string& path : c.scenes) {
@@ -288,6 +269,25 @@ energy_start_j, energy_end_j, energy_max_j, hash, warnings.
 Exit codes: 0 ok, 2 usage or bad input, 3 diverged, 4 could not write, 130 interrupted.)";
 
 }  // namespace
+
+Json build_and_machine() {
+  Json j;
+  j["version"] = PANTIN_VERSION;
+#ifdef PANTIN_COMMIT
+  j["commit"] = PANTIN_COMMIT;
+#endif
+  j["compiler"] = PANTIN_COMPILER;
+#ifdef PANTIN_FLAGS
+  j["flags"] = PANTIN_FLAGS;
+#endif
+  j["kernels"] = articulated::kernels().name;
+  j["cpu"] = first_line_with("/proc/cpuinfo", "model name");
+  j["cores"] = sysconf(_SC_NPROCESSORS_ONLN);
+  double load[1] = {0};
+  if (getloadavg(load, 1) == 1) j["load"] = load[0];
+  j["clock"] = "process CPU time, all threads";
+  return j;
+}
 
 void add_bench(CommandLine& program) {
   auto c = std::make_shared<BenchChoices>();

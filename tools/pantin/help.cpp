@@ -23,7 +23,8 @@ constexpr Variable kEnvironment[] = {
     {"NO_COLOR", "set: no bold text"},
     {"DISPLAY, WAYLAND_DISPLAY", "the display for the window of pantin view"},
     {"SDL_VIDEODRIVER", "SDL's video driver; \"dummy\" for an invisible window"},
-    {"PATH", "searched for ffmpeg, for --video and --gif"},
+    {"PATH",
+     "searched for ffmpeg, for --video and --gif, and for python3, which draws charts and maps"},
 };
 
 /// Escapes a line of text for roff.
@@ -40,6 +41,13 @@ std::string escaped(const std::string& line) {
     else
       text += c;
   }
+  return text;
+}
+
+/// The type of a value, which may be broken after each choice.
+std::string breakable(const std::string& type) {
+  std::string text;
+  for (const char c : escaped(type)) text += c == ',' ? std::string(", ") : std::string(1, c);
   return text;
 }
 
@@ -71,7 +79,7 @@ void add_arguments(std::string& page, const std::vector<Argument>& arguments) {
     page += ".TP\n";
     for (std::size_t i = 0; i < a.names.size(); ++i)
       page += fmt::format("{}\\fB{}\\fR", i > 0 ? ", " : "", escaped(a.names[i]));
-    if (!a.type.empty()) page += fmt::format(" \\fI{}\\fR", escaped(a.type));
+    if (!a.type.empty()) page += fmt::format(" \\fI{}\\fR", breakable(a.type));
     page += fmt::format("\n{}\n", escaped(a.about));
   }
 }

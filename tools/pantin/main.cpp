@@ -24,6 +24,8 @@ constexpr const char* kExamples = R"(Examples:
   pantin check assets/scenes/*.json
   pantin assemble assets/scenes/four_bar.json --scatter 1
   pantin bench assets/scenes/chain.json --json
+  pantin chart assets/scenes/chain10.json --out out/chart
+  pantin stability assets/scenes/heavy_tip.json --over step=1e-3..0.1
   pantin doctor
   pantin modes assets/laminas/rod.json
   pantin new scene.json
@@ -45,6 +47,8 @@ int main(int argc, char** argv) {
   add_check(program);
   add_assemble(program);
   add_bench(program);
+  add_chart(program);
+  add_stability(program);
   add_doctor(program);
   add_view(program);
   add_modes(program);

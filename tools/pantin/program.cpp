@@ -157,14 +157,18 @@ Result<Scene> read_scene(const std::string& path, const SceneChoices& choices) {
                              scene.duration / scene.step, scene.step, kMostSteps)};
   if (const std::string why = idle_option(choices, scene.world); !why.empty())
     return Error{path + ": " + why};
+  if (auto open = settle(path, scene); !open.empty()) return open;
+  return loaded;
+}
+
+std::vector<Error> settle(const std::string& path, Scene& scene) {
   compile_if_changed(scene.world);
   for (const StructureFault& f : partition_of(scene.world).faults)
     if (!f.is_minor)  // the reader has warned of those
       scene.warnings.push_back(
           fmt::format("{}: {} {}{}", path, scene.world.name_of(f.link), f.reason,
                       f.kind == StructureFault::left_out ? "; it is left out" : ""));
-  if (auto open = contradictions(path, scene); !open.empty()) return open;
-  return loaded;
+  return contradictions(path, scene);
 }
 
 std::optional<Scene> open_scene(const std::string& path, const SceneChoices& choices) {

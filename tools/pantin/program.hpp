@@ -25,6 +25,8 @@ void add_run(CommandLine& program);
 void add_check(CommandLine& program);
 void add_assemble(CommandLine& program);
 void add_bench(CommandLine& program);
+void add_chart(CommandLine& program);
+void add_stability(CommandLine& program);
 void add_doctor(CommandLine& program);
 void add_view(CommandLine& program);
 void add_modes(CommandLine& program);
@@ -72,7 +74,10 @@ std::string words_of_inconsistency(const World& world, const StepReport& report)
 /// joints that contradict one another.
 inline constexpr double kMostSteps = 1e7;
 Result<Scene> read_scene(const std::string& path, const SceneChoices& choices);
-/// The same; errors go to stderr, a line each.
+/// Builds the structure of a scene that was just read: warns of what is left out. The errors are
+/// joints that contradict one another.
+std::vector<Error> settle(const std::string& path, Scene& scene);
+/// As read_scene(); errors go to stderr, a line each.
 std::optional<Scene> open_scene(const std::string& path, const SceneChoices& choices);
 /// The scene's warnings on stderr, a line each.
 void print_warnings(const Scene& scene);
@@ -150,6 +155,9 @@ double cpu_seconds();
 
 /// A percentile of numbers, such as the median; sorts them.
 double percentile(std::vector<double>& numbers, double part);
+
+/// The build, the machine and its load, for the head of measurements.
+Json build_and_machine();
 
 /// Calls of operator new so far in the whole program, and the bytes in use.
 std::uint64_t allocations();

@@ -1,0 +1,361 @@
+// Measures a scene for `pantin chart`: a reference, then all methods over a ladder of steps.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "engine/base/hash.hpp"
+#include "engine/scene/json/text_file.hpp"
+#include "engine/world/lamina.hpp"
+#include "tools/pantin/chart.hpp"
+#include "tools/pantin/findings.hpp"
+
+namespace pantin::program {
+namespace {
+
+constexpr int kMostSamples = 200;
+constexpr double kReferencePart = 0.35, kRunsPart = 0.7;  // of the time for a scene
+
+/// One point of the chart before it is measured.
+struct Point {
+  const Loaded* loaded = nullptr;
+  double step = 0, tolerance = 0;
+  std::string key;
+};
+
+Json number(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
+
+class SceneChart {
+ public:
+  SceneChart(const std::string& path, const ChartChoices& c, Journal& journal)
+      : path_(path), c_(c), journal_(journal), begin_(wall_seconds()), progress_(path) {}
+
+  Result<Json> make();
+
+ private:
+  std::vector<Error> load_all();
+  void choose_times();
+  Result<Done> find_reference();
+  void list_points();
+  Result<Done> measure_runs();
+  Result<Done> time_runs();
+  Json run_of(const Point& point) const;
+  Json compared(const Point& point, const Outcome& outcome) const;
+  Json reference_json() const;
+  Json as_json();
+  Trial trial_of(const Point& point) const;
+  double left(double part) const { return begin_ + part * c_.time - wall_seconds(); }
+  std::string key(const std::string& what) const { return key_ + "|" + what; }
+
+  std::string path_, text_, key_;
+  const ChartChoices& c_;
+  Journal& journal_;
+  double begin_;  // s
+  Progress progress_;
+  std::vector<Loaded> loaded_;
+  std::size_t own_ = 0;  // of loaded_: the settings of the file
+  Sampling sampling_;
+  double coarsest_ = 0;  // s
+  Reference reference_;
+  std::vector<Point> points_;
+};
+
+std::vector<Error> SceneChart::load_all() {
+  Result<std::string> text = read_text(path_, SceneLimits{}.bytes, "a scene file");
+  if (!text) return text.errors();
+  text_ = std::move(*text);
+  for (const Method& method : all_methods()) loaded_.push_back(load(path_, text_, method));
+  own_ = loaded_.size() - 1;
+  if (!loaded_[own_].scene) return {Error{loaded_[own_].refusal}};
+  return {};
+}
+
+void SceneChart::choose_times() {
+  const Scene& scene = *loaded_[own_].scene;
+  const double duration = c_.duration.value_or(scene.duration);
+  coarsest_ = std::min(c_.coarsest.value_or(2 * scene.step), duration);
+  const double steps = std::max(1.0, std::floor(duration / coarsest_ * (1 + 1e-9)));
+  const double each = std::ceil(steps / kMostSamples);
+  sampling_ = {each * coarsest_, static_cast<int>(std::floor(steps / each * (1 + 1e-9)))};
+  key_ = fmt::format("{}|{}", hex(hash_of(scene, text_)), path_);
+}
+
+Result<Done> SceneChart::find_reference() {
+  const Scene& scene = *loaded_[own_].scene;
+  if (!c_.against.empty()) {
+    Result<Reference> read = read_reference(c_.against, scene.world, kMostSamples, sampling_);
+    if (!read) return read.errors();
+    reference_ = std::move(*read);
+    Hash hash;
+    for (const Pose& p : reference_.track.poses) hash.add(p);
+    for (const double energy : reference_.track.energies) hash.add(energy);
+    key_ += "|" + hex(hash.value());
+  }
+  key_ += fmt::format("|{}|{}|{}", sampling_.interval, sampling_.count, c_.against);
+  if (!c_.against.empty()) return Done{};
+  const double step = sampling_.interval / std::round(sampling_.interval / coarsest_);
+  Search search{sampling_, std::ldexp(step, -(c_.rungs - 2)), kReferencePart * c_.time};
+  if (const Json* known = journal_.find(key("reference"));
+      known && (*known)["step_s"].get<double>() > 0) {
+    // Only the motion is missing: one run instead of a search.
+    const Json& r = *known;
+    reference_.method = r["method"].get<std::string>(), reference_.step = r["step_s"].get<double>();
+    reference_.own = {r["position_m"].get<double>(), r["orientation_rad"].get<double>(),
+                      r["energy_j"].get<double>()};
+    reference_.agreed = r["agreed"].get<std::size_t>(), reference_.size = r["size_m"].get<double>();
+    for (const Json& t : r["tried"])
+      reference_.tried.push_back({t["method"].get<std::string>(),
+                                  t["step_s"].get<double>(),
+                                  {t["position_m"].get<double>(), 0, 0},
+                                  t["agreed"].get<std::size_t>()});
+    return Done{};
+  }
+  reference_ = program::find_reference(loaded_, search);
+  if (interrupted()) return Done{};
+  Json r{{"method", reference_.method},
+         {"step_s", reference_.step},
+         {"position_m", reference_.own.position},
+         {"orientation_rad", reference_.own.orientation},
+         {"energy_j", reference_.own.energy},
+         {"agreed", reference_.agreed},
+         {"size_m", reference_.size},
+         {"tried", Json::array()}};
+  for (const Reference::Tried& t : reference_.tried)
+    r["tried"].push_back({{"method", t.method},
+                          {"step_s", t.step},
+                          {"position_m", t.own.position},
+                          {"agreed", t.agreed}});
+  return journal_.add(key("reference"), r);
+}
+
+void SceneChart::list_points() {
+  const Scene& scene = *loaded_[own_].scene;
+  const auto* laminas = laminas_of(scene.world);
+  const bool is_mixed = scene.world.settings.size() > 0 || (laminas && laminas->size() > 0);
+  const double whole = std::max(1.0, std::round(sampling_.interval / coarsest_));
+  for (int rung = 0; rung < c_.rungs; ++rung)
+    for (const Loaded& l : loaded_) {
+      const std::string& name = l.method.name;
+      const bool is_asked = c_.methods.empty() ? name != "scene" || is_mixed
+                                               : std::find(c_.methods.begin(), c_.methods.end(),
+                                                           name) != c_.methods.end();
+      if (!l.scene || !is_asked) continue;
+      Point point{&l, sampling_.interval / std::ldexp(whole, rung), 0, {}};
+      if (l.method.is_adaptive)
+        point.step = sampling_.interval / whole, point.tolerance = std::pow(10.0, -3 - rung);
+      point.key = key(fmt::format("{}|{}|{}", name, point.step, point.tolerance));
+      points_.push_back(point);
+    }
+}
+
+Trial SceneChart::trial_of(const Point& point) const {
+  return {&*point.loaded->scene, point.step, point.tolerance, sampling_, true};
+}
+
+/// What was measured of a run, as an object.
+Json SceneChart::compared(const Point& point, const Outcome& o) const {
+  Json run{{"method", point.loaded->method.name}, {"step_s", point.step}};
+  run["tolerance"] = point.tolerance > 0 ? Json(point.tolerance) : Json(nullptr);
+  run["status"] = o.status, run["reason"] = o.reason, run["ended_at_s"] = o.ended_at;
+  const bool known = o.is_ok() && reference_.holds();
+  const Apart error =
+      known ? apart(o.track, reference_.track, std::min(reference_.agreed, o.track.samples()))
+            : Apart{};
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  run["position_m"] = number(known ? error.position : none);
+  run["orientation_rad"] = number(known ? error.orientation : none);
+  run["energy_j"] = number(known ? error.energy : none);
+  run["joints_m"] = number(o.gap), run["depth_m"] = number(o.depth);
+  run["steps"] = o.counts.steps, run["factorisations"] = o.counts.factorisations;
+  run["iterations"] = o.counts.iterations, run["substeps"] = o.counts.substeps;
+  run["sweeps"] = o.counts.sweeps;
+  run["unsolved_steps"] = o.unsolved, run["rescued_steps"] = o.rescued;
+  std::set<std::string> kinds;
+  for (const Finding& f : o.findings) kinds.emplace(info_of(f.kind).name);
+  run["findings"] = kinds;
+  run["measured_s"] = o.seconds;
+  return run;
+}
+
+Result<Done> SceneChart::measure_runs() {
+  const bool all_known = std::all_of(points_.begin(), points_.end(), [&](const Point& p) {
+    return journal_.find(p.key) != nullptr;
+  });
+  if (!all_known && reference_.holds() && reference_.track.samples() == 0) {
+    const auto by = std::ranges::find(loaded_, reference_.method,
+                                      [](const Loaded& l) { return l.method.name; });
+    reference_.track = run_motion({&*by->scene, reference_.step, 0, sampling_}).track;
+  }
+  std::map<const Loaded*, double> last;  // s, of the rung before
+  std::size_t done = 0;
+  for (const Point& point : points_) {
+    progress_.show(0.5 * static_cast<double>(done++) / static_cast<double>(points_.size()));
+    if (interrupted()) return Done{};
+    if (const Json* known = journal_.find(point.key)) {
+      last[point.loaded] = (*known)["measured_s"].get<double>();
+      continue;
+    }
+    Trial trial = trial_of(point);
+    const double allowed = left(kRunsPart);
+    if (allowed < 2 * last[point.loaded]) continue;  // half the step, about twice the time
+    trial.stop = [&](double) { return left(kRunsPart) < 0; };
+    const Outcome outcome = run_motion(trial);
+    if (outcome.status == "stopped") {
+      last[point.loaded] = outcome.seconds;
+      continue;
+    }
+    last[point.loaded] = outcome.seconds;
+    if (auto kept = journal_.add(point.key, compared(point, outcome)); !kept) return kept;
+  }
+  return Done{};
+}
+
+/// Every round times all runs, in opposite order each time: load on the machine meets all alike.
+Result<Done> SceneChart::time_runs() {
+  std::vector<const Point*> order;
+  for (const Point& p : points_)
+    if (const Json* run = journal_.find(p.key); run && (*run)["status"] == "ok")
+      order.push_back(&p);
+  for (int round = 0; round < c_.repeat; ++round, std::reverse(order.begin(), order.end())) {
+    std::size_t done = 0;
+    for (const Point* point : order) {
+      progress_.show(
+          0.5 + 0.5 * (round + static_cast<double>(done++) / static_cast<double>(order.size())) /
+                    c_.repeat);
+      const std::string name = fmt::format("{}|round {}", point->key, round);
+      if (interrupted()) return Done{};
+      // A run that does not fit into the time that is left has fewer rounds.
+      const double likely = (*journal_.find(point->key))["measured_s"].get<double>();
+      if (journal_.find(name) || left(1) < likely) continue;
+      const double seconds = time_run(trial_of(*point));
+      if (interrupted() || !std::isfinite(seconds)) continue;
+      if (auto kept = journal_.add(name, seconds); !kept) return kept;
+    }
+  }
+  return Done{};
+}
+
+Json SceneChart::run_of(const Point& point) const {
+  const Scene& scene = *loaded_[own_].scene;
+  const Json* known = journal_.find(point.key);
+  Json run = known
+                 ? *known
+                 : Json{{"method", point.loaded->method.name},
+                        {"step_s", point.step},
+                        {"tolerance", point.tolerance > 0 ? Json(point.tolerance) : Json(nullptr)},
+                        {"status", "not_run"},
+                        {"reason", "the time was over"}};
+  std::vector<double> costs;
+  std::size_t bodies = 0;
+  for (const Body& b : scene.world.bodies.values()) bodies += b.motion == Motion::dynamic;
+  const double per =
+      1e9 / (static_cast<double>(std::max<std::size_t>(1, bodies)) * sampling_.duration());
+  for (int round = 0; round < c_.repeat; ++round)
+    if (const Json* s = journal_.find(fmt::format("{}|round {}", point.key, round)))
+      costs.push_back(per * s->get<double>());
+  run["cost_ns"] = costs.empty() ? Json(nullptr) : Json(percentile(costs, 0.5));
+  run["cost_low_ns"] = costs.empty() ? Json(nullptr) : Json(costs.front());
+  run["cost_high_ns"] = costs.empty() ? Json(nullptr) : Json(costs.back());
+  run["rounds"] = costs.size();
+  // With measures, once: where a failed run is drawn.
+  if (known) run["cost_measured_ns"] = per * run["measured_s"].get<double>();
+  run.erase("measured_s");
+  return run;
+}
+
+Json SceneChart::reference_json() const {
+  const Reference& r = reference_;
+  const auto horizon = [&](std::size_t agreed) {
+    return agreed > 0 ? static_cast<double>(agreed - 1) * sampling_.interval : 0.0;
+  };
+  Json j{{"method", r.method},
+         {"step_s", r.step},
+         {"position_m", r.own.position},
+         {"orientation_rad", r.own.orientation},
+         {"energy_j", r.own.energy},
+         {"horizon_s", horizon(r.agreed)},
+         {"whole", r.agreed == static_cast<std::size_t>(sampling_.count) + 1}};
+  j["tried"] = Json::array();
+  for (const Reference::Tried& t : r.tried)
+    j["tried"].push_back({{"method", t.method},
+                          {"step_s", t.step},
+                          {"position_m", t.own.position},
+                          {"horizon_s", horizon(t.agreed)}});
+  return j;
+}
+
+Json SceneChart::as_json() {
+  const Scene& scene = *loaded_[own_].scene;
+  std::size_t bodies = 0;
+  for (const Body& b : scene.world.bodies.values()) bodies += b.motion == Motion::dynamic;
+  const double per_body = 1e9 / static_cast<double>(std::max<std::size_t>(1, bodies));
+  Json j{{"scene", path_},
+         {"title", scene.title},
+         {"bodies", bodies},
+         {"joints", scene.world.links.size()},
+         {"duration_s", sampling_.duration()},
+         {"samples", sampling_.count},
+         {"substeps", scene.substeps},
+         {"own_solver", describe_solvers(scene.world)},
+         {"own_step_s", scene.step},
+         {"size_m", reference_.size},
+         {"real_time_ns", per_body},
+         {"tenth_of_frame_ns", 0.1 * per_body}};
+  j["reference"] = reference_json();
+  j["refused"] = Json::array();
+  for (const Loaded& l : loaded_)
+    if (!l.scene) j["refused"].push_back({{"method", l.method.name}, {"reason", l.refusal}});
+  Json runs = Json::array();
+  for (const Point& point : points_) runs.push_back(run_of(point));
+  mark_front(runs, reference_.own.position);
+  // Another method that comes near the reference confirms it.
+  double nearest = std::numeric_limits<double>::infinity();
+  std::string by;
+  for (const Json& run : runs)
+    if (run["method"] != reference_.method && run.value("position_m", Json(nullptr)).is_number() &&
+        run["position_m"].get<double>() < nearest)
+      nearest = run["position_m"].get<double>(), by = run["method"].get<std::string>();
+  j["reference"]["confirmed_by"] = by;
+  j["reference"]["confirmed_m"] = number(nearest);
+  j["runs"] = std::move(runs);
+  return j;
+}
+
+Result<Json> SceneChart::make() {
+  if (auto faults = load_all(); !faults.empty()) return faults;
+  choose_times();
+  progress_.show(0);
+  if (auto done = find_reference(); !done) return done.errors();
+  list_points();
+  if (auto done = measure_runs(); !done) return done.errors();
+  if (auto done = time_runs(); !done) return done.errors();
+  return as_json();
+}
+
+}  // namespace
+
+Result<Json> chart_scene(const std::string& path, const ChartChoices& choices, Journal& journal) {
+  return SceneChart(path, choices, journal).make();
+}
+
+void mark_front(Json& runs, double floor) {
+  const auto point = [&](const Json& run) {
+    const bool known = run["status"] == "ok" && run["cost_ns"].is_number() &&
+                       run.value("position_m", Json(nullptr)).is_number();
+    const double none = std::numeric_limits<double>::quiet_NaN();
+    return std::pair(known ? run["cost_ns"].get<double>() : none,
+                     known ? std::max(floor, run["position_m"].get<double>()) : none);
+  };
+  for (Json& run : runs) {
+    const auto [cost, error] = point(run);
+    bool is_best = std::isfinite(cost);
+    for (const Json& other : runs) {
+      const auto [c, e] = point(other);
+      is_best = is_best && !((c < cost && e <= error) || (c <= cost && e < error));
+    }
+    run["front"] = is_best;
+  }
+}
+
+}  // namespace pantin::program

@@ -1,0 +1,150 @@
+#pragma once
+// Measurements of a scene under a choice of solver, integrator and step: its motion at given times,
+// what it cost, what it counted. `pantin chart` and `pantin stability` are made of these.
+#include <functional>
+#include <limits>
+#include <span>
+
+#include "tools/pantin/program.hpp"
+
+namespace pantin::program {
+
+/// A way to run a scene.
+struct Method {
+  std::string name;  // "auto", "lagrangian/rk4", "lagrangian/radau/tolerance"
+  SolverChoices choices;
+  bool is_adaptive = false;  // its accuracy is set by a tolerance, its step is the longest one
+};
+
+/// All ways to run a whole scene: every solver, the Lagrangian solver with every integrator, and
+/// with every tolerance that its integrators take. "scene" stands for the settings of the file.
+std::vector<Method> all_methods();
+/// The method of that name, or nothing.
+std::optional<Method> method_named(std::string_view name);
+
+/// A scene as one method runs it, or why that method refuses it.
+struct Loaded {
+  Method method;
+  std::optional<Scene> scene;
+  std::string refusal;
+};
+/// Reads a scene from the text of its file. A scene of which the method would leave a part out is
+/// refused, too: it would be another scene.
+Loaded load(const std::string& path, std::string_view text, const Method& method);
+
+/// Equidistant times, from 0 to count * interval.
+struct Sampling {
+  double interval = 0;  // s
+  int count = 0;
+  double duration() const { return interval * count; }
+};
+
+/// The motion of the bodies that are dynamic at the start, at the times of a sampling.
+struct Track {
+  std::vector<std::string> names;
+  std::vector<Pose> poses;       // of the bodies' own frames: all at time 0, all at the next time
+  std::vector<double> energies;  // J, by time
+  std::size_t samples() const { return energies.size(); }
+};
+
+/// What solvers count, summed over islands and steps.
+struct Counts {
+  std::uint64_t steps = 0, factorisations = 0, iterations = 0, substeps = 0, sweeps = 0;
+};
+
+/// A run and its measures.
+struct Outcome {
+  std::string status = "ok";  // as in run_status(); "stopped" where it was not ended
+  std::string reason;         // of another status, a clause
+  double ended_at = 0;        // s
+  Track track;                // up to there
+  Counts counts;
+  double gap = 0;                                // m, the widest of joints, pins and cables
+  double gap_rel = 0;                            // of joints, as a fraction of the mechanism's size
+  double depth = 0;                              // m, the deepest overlap
+  double seconds = 0;                            // s, CPU time of the steps with their measures
+  double slowest = 0;                            // s, CPU time of the slowest step
+  int unsolved = 0, rescued = 0, unreached = 0;  // steps with such islands, pins or cables
+  std::vector<Finding> findings;
+  bool is_ok() const { return status == "ok"; }
+};
+
+/// The word of a status of steps.
+std::string_view run_status(Status status);
+
+/// Parameters of a run.
+struct Trial {
+  const Scene* scene = nullptr;
+  double step = 0;       // s; intervals of the sampling are multiples of it
+  double tolerance = 0;  // of an adaptive method
+  Sampling sampling;
+  bool watch = false;  // also lists findings
+  /// Asked after each step with the CPU seconds so far; true stops the run.
+  std::function<bool(double)> stop = {};
+  /// Called after each step.
+  std::function<void(const World&, const StepReport&)> look = {};
+};
+
+/// Seconds of a steady clock on the wall.
+double wall_seconds();
+
+Outcome run_motion(const Trial& trial);
+
+/// CPU time of the steps alone, without measures, s: the mean of as many runs as a fiftieth of a
+/// second holds. The first step of a run, which builds its structure, counts as the mean of the
+/// others. Not a number if the run fails.
+double time_run(const Trial& trial);
+
+/// The greatest differences of two motions.
+struct Apart {
+  double position = 0;     // m
+  double orientation = 0;  // rad
+  double energy = 0;       // J
+};
+/// Over the first `samples` times.
+Apart apart(const Track& a, const Track& b, std::size_t samples);
+/// The number of times, from the first on, at which no body is further apart than `most`, m.
+std::size_t agreement(const Track& a, const Track& b, double most);
+/// The diagonal of the box that encloses all positions of a motion, m; 1 if nothing moves.
+double size_of(const Track& motion);
+
+/// The motion that others are compared with.
+struct Reference {
+  std::string method;  // or the name of a file
+  double step = 0;     // s; 0: from a file
+  Track track;
+  Apart own;               // its own error: the difference of the last two refinements
+  std::size_t agreed = 0;  // samples up to which they agree
+  double size = 1;         // m, of the motion
+  /// What every method that was tried agreed to.
+  struct Tried {
+    std::string method;
+    double step = 0;  // s
+    Apart own;
+    std::size_t agreed = 0;
+  };
+  std::vector<Tried> tried;
+  bool holds() const { return agreed > 1; }
+};
+
+/// Refinements agree where they differ by less than this part of the motion's size.
+inline constexpr double kAgreement = 1e-4;
+
+/// A search for the reference.
+struct Search {
+  Sampling sampling;
+  double step = 0;     // s, of the first run
+  double seconds = 0;  // of a clock on the wall that it may take
+};
+/// Halves the step of the most accurate method until two runs agree to 1e-11 of the size of the
+/// motion, no longer come closer, or the time is over. Where that method does not agree with itself
+/// over the whole time, others are tried. The result may hold for less than the whole time.
+Reference find_reference(std::span<const Loaded> methods, const Search& search);
+
+/// A motion from a file as `pantin run --record` writes it: time_s, NAME.x, .y, .z, .qx, .qy, .qz,
+/// .qw and energy_j. Its times are equidistant; every n-th is taken, such that at most `most`
+/// remain, and written to `sampling`. Bodies that the file leaves out are not compared.
+Result<Reference> read_reference(const std::string& path, const World& world, int most,
+                                 Sampling& sampling);
+
+}  // namespace pantin::program

@@ -1,0 +1,94 @@
+#include "tools/pantin/scene_number.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <vector>
+
+#include "engine/base/utf8.hpp"
+#include "engine/scene/json/json.hpp"
+#include "engine/scene/json/words.hpp"
+#include "tools/pantin/assemble.hpp"
+
+namespace pantin::program {
+namespace {
+
+/// The parts of a pointer, unescaped.
+std::vector<std::string> parts_of(std::string_view pointer) {
+  std::vector<std::string> parts;
+  for (std::size_t i = 0; i < pointer.size(); ++i) {
+    if (pointer[i] == '/')
+      parts.emplace_back();
+    else if (pointer[i] == '~' && i + 1 < pointer.size() && pointer[i + 1] == '1')
+      parts.back() += '/', ++i;
+    else if (pointer[i] == '~' && i + 1 < pointer.size() && pointer[i + 1] == '0')
+      parts.back() += '~', ++i;
+    else
+      parts.back() += pointer[i];
+  }
+  return parts;
+}
+
+/// The element of a list by its place or its name, or kNoNode.
+NodeId element(const JsonDocument& json, NodeId list, const std::string& part) {
+  std::size_t place = 0;
+  const auto read = std::from_chars(part.data(), part.data() + part.size(), place);
+  const bool is_place = read.ec == std::errc() && read.ptr == part.data() + part.size();
+  for (NodeId at = json[list].first_child; at != kNoNode; at = json[at].next) {
+    if (is_place && json[at].place == place) return at;
+    if (json[at].kind != JsonKind::object) continue;
+    const NodeId name = json.member(at, "name");
+    if (name != kNoNode && json[name].text == part) return at;
+  }
+  return kNoNode;
+}
+
+std::string escaped(const std::string& text) {
+  std::string all;
+  for (const char c : text)
+    all += c == '"' || c == '\\' ? std::string("\\") + c : std::string(1, c);
+  return all;
+}
+
+}  // namespace
+
+Result<std::string> with_number(std::string_view text, std::string_view pointer, double number) {
+  const std::string words = number_text(number);
+  if (pointer.empty() || pointer.front() != '/')
+    return Error{fmt::format("found \"{}\", expected a JSON pointer such as /bodies/0/mass",
+                             printable(pointer))};
+  JsonLimits limits;
+  limits.style = JsonStyle::json5;
+  const JsonDocument json = parse_json(text, limits);
+  if (json.nodes.empty() || json[0].kind != JsonKind::object)
+    return Error{"found no object, expected a scene"};
+  const std::vector<std::string> parts = parts_of(pointer);
+  NodeId at = 0;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const JsonKind kind = json[at].kind;
+    NodeId next = kNoNode;
+    if (kind == JsonKind::array) next = element(json, at, parts[i]);
+    if (kind == JsonKind::object) next = json.member(at, parts[i]);
+    if (next == kNoNode && kind == JsonKind::object) {
+      std::string value = fmt::format("\"{}\": {}", escaped(parts.back()), words);
+      for (std::size_t k = parts.size() - 1; k-- > i;)
+        value = fmt::format("\"{}\": {{{}}}", escaped(parts[k]), value);
+      std::string whole(text);
+      whole.insert(json[at].offset + 1, value + (json[at].count > 0 ? ", " : ""));
+      return whole;
+    }
+    if (next == kNoNode)
+      return Error{fmt::format(
+          "found no \"{}\" in {}, expected {}", printable(parts[i]),
+          at == 0 ? "the scene" : json.pointer(at),
+          kind == JsonKind::array ? "a place or a name in that list" : "an object or a list")};
+    at = next;
+  }
+  if (json[at].kind != JsonKind::number)
+    return Error{fmt::format("found no number at {}, expected one", printable(pointer))};
+  std::string whole(text);
+  whole.replace(json[at].offset, end_of_member(json, at) - json[at].offset, words);
+  return whole;
+}
+
+}  // namespace pantin::program

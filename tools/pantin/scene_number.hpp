@@ -1,0 +1,15 @@
+#pragma once
+// Numbers of a scene file that are varied from outside, by their place in the file.
+#include <string>
+#include <string_view>
+
+#include "engine/base/result.hpp"
+
+namespace pantin::program {
+
+/// The text of a scene with a number at a JSON pointer [RFC 6901]. An element of a list may also be
+/// given by its name: /bodies/ball/mass. Keys that the file leaves out are added. An error says
+/// which part of the pointer does not exist.
+Result<std::string> with_number(std::string_view text, std::string_view pointer, double number);
+
+}  // namespace pantin::program
