@@ -19,7 +19,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Parses "x=a..b".
+/// Parses "x=a..b", or "x=a" for a single value.
 Result<Axis> read_axis(const std::string& text) {
   const auto fault = [&] {
     return Error{
@@ -27,8 +27,9 @@ Result<Axis> read_axis(const std::string& text) {
                     "/bodies/0/mass=1..100",
                     printable(text))};
   };
-  const std::size_t equals = text.rfind('='), dots = text.find("..", equals);
-  if (equals == std::string::npos || equals == 0 || dots == std::string::npos) return fault();
+  const std::size_t equals = text.rfind('=');
+  if (equals == std::string::npos || equals == 0) return fault();
+  const std::size_t dots = std::min(text.find("..", equals), text.size());
   Axis axis;
   axis.name = text.substr(0, equals);
   const auto number = [&](std::size_t from, std::size_t to, double& x) {
@@ -36,11 +37,13 @@ Result<Axis> read_axis(const std::string& text) {
     const auto read = std::from_chars(begin, end, x);
     return read.ec == std::errc() && read.ptr == end && std::isfinite(x);
   };
-  if (!number(equals + 1, dots, axis.from) || !number(dots + 2, text.size(), axis.to) ||
-      !(axis.from < axis.to))
+  const bool is_range = dots < text.size();
+  if (!number(equals + 1, dots, axis.from)) return fault();
+  axis.to = axis.from;
+  if (is_range && (!number(dots + 2, text.size(), axis.to) || !(axis.from < axis.to)))
     return fault();
   axis.is_log = axis.from > 0 && axis.to >= 10 * axis.from;
-  if (axis.name == "step") {
+  if (axis.name == "step" || axis.name == "tolerance") {
     if (axis.from <= 0) return fault();
     return axis;
   }
@@ -136,7 +139,8 @@ std::optional<Symptom> Survey::ask(const Method& method, double x, double y) {
   const double parts[] = {x, y};
   for (std::size_t a = 0; a < axes_.size(); ++a) {
     key += fmt::format("|{}={}", axes_[a].name, axes_[a].at(parts[a]));
-    if (axes_[a].pointers.empty()) run.step = axes_[a].at(parts[a]);
+    if (axes_[a].pointers.empty())
+      (axes_[a].name == "step" ? run.step : run.tolerance) = axes_[a].at(parts[a]);
   }
   if (const Json* known = journal_.find(key))
     return symptom_named((*known)["symptom"].get<std::string>());
@@ -274,9 +278,9 @@ int stability(const MapChoices& c) {
 }
 
 constexpr const char* kExamples =
-    R"(Maps where methods fail, over one or two numbers of a scene. An axis is step, or a JSON pointer to
-a number of the file, in which elements of lists may be named: /bodies/ball/mass; several pointers
-with commas between take the same value. Axes that span a factor of ten or more are logarithmic;
+    R"(Maps where methods fail, over one or two numbers of a scene. An axis is step, tolerance
+(of a step; 1e-6 otherwise), or a JSON pointer to a number of the file, in which elements of lists
+may be named: /bodies/ball/mass; several pointers with commas between take the same value. Axes that span a factor of ten or more are logarithmic;
 numbers that the scene accepts only whole stay whole. A coarse grid is divided where neighbours
 differ, so that boundaries are found by bisection. map.json and its picture (map.svg, map.png; by
 python3 with matplotlib) are in the folder of --out. Interrupted, the same command goes on.

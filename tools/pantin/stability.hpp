@@ -37,13 +37,14 @@ struct Verdict {
 struct Case {
   const Loaded* loaded = nullptr;
   double step = 0, duration = 0;  // s
+  double tolerance = 1e-6;        // of an adaptive method
 };
 Verdict judge(const Case& run);
 
-/// An axis of a map: the step, or numbers of the scene.
+/// An axis of a map: the step, the tolerance of adaptive methods, or numbers of the scene.
 struct Axis {
   std::string name;                   // as given
-  std::vector<std::string> pointers;  // empty: the step
+  std::vector<std::string> pointers;  // empty: the step or the tolerance
   double from = 0, to = 0;
   bool is_log = false, is_whole = false;
   /// The value at a part of the way, 0 to 1.

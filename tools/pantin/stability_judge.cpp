@@ -26,6 +26,7 @@ std::optional<Symptom> symptom_of(FindingKind kind) {
     case FindingKind::energy_lost:
     case FindingKind::energy_limited:
     case FindingKind::angular_momentum_changed:
+    case FindingKind::spring_unresolved:  // its oscillation is damped
       return Symptom::freezes;
     case FindingKind::joint_open:
     case FindingKind::limit_exceeded:
@@ -108,6 +109,7 @@ Verdict judge(const Case& run) {
   const double each = std::ceil(steps / 50);
   Trial trial;
   trial.scene = &*run.loaded->scene, trial.step = run.step;
+  if (run.loaded->method.is_adaptive) trial.tolerance = run.tolerance;
   trial.sampling = {each * run.step, static_cast<int>(std::ceil(steps / each))};
   trial.watch = true;
   // Slower than real time by far: the rest would tell nothing else.
