@@ -127,7 +127,13 @@ class Chart(unittest.TestCase):
         self.assertFalse(reference["whole"])
         self.assertGreater(reference["horizon_s"], 1)
         self.assertLess(reference["horizon_s"], 39)
-        self.assertLessEqual(reference["position_m"], 1.001e-4 * scene["size_m"])
+        self.assertLess(reference["position_m"], 1e-5 * scene["size_m"])
+        self.assertAlmostEqual(reference["compared_s"], reference["horizon_s"] / 2, delta=0.21)
+        follows = {}
+        for run in scene["runs"]:
+            follows[run["method"]] = max(follows.get(run["method"], 0), run["follows_s"])
+            self.assertLessEqual(run["follows_s"], reference["horizon_s"])
+        self.assertLess(follows["lagrangian/euler"], 0.8 * follows["lagrangian/radau"])
 
     def test_an_interrupted_chart_goes_on(self):
         path = self.scene({**PENDULUM, "duration": 10})

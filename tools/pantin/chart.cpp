@@ -66,15 +66,16 @@ Examples:
 Error: the greatest distance of any body from the reference at up to 200 equidistant times, m;
 orientation (rad) and energy (J) likewise; joints and contact depth: the greatest gap and overlap
 after any step. The reference's own error is the difference of its last two refinements. Where
-these part by more than 1e-4 of the size of the motion, as chaotic motions do, errors are those up
-to that time (horizon_s). Cost: CPU time of the steps alone, ns for each dynamic body and simulated
+these part by more than 1e-4 of the size of the motion, as chaotic motions do (horizon_s), errors
+are those of the first half of the time until then (compared_s). A run follows the reference while
+it is within 1e-2 of the size (follows_s). Cost: CPU time of the steps alone, ns for each dynamic body and simulated
 second; median, least and greatest of the rounds, each of which times all runs.
 
 --json prints chart.json: the build and machine, and scenes; a scene has scene, title, bodies,
 joints, duration_s, samples, substeps, own_solver, own_step_s, size_m, real_time_ns,
 tenth_of_frame_ns (costs at which it runs in real time, and in a tenth of a frame of 60 Hz),
 reference, refused (method, reason) and runs; a run has method, step_s, tolerance, status, reason,
-ended_at_s, position_m, orientation_rad, energy_j, joints_m, depth_m, steps, factorisations,
+ended_at_s, follows_s, position_m, orientation_rad, energy_j, joints_m, depth_m, steps, factorisations,
 iterations, substeps, sweeps, unsolved_steps, rescued_steps, findings, cost_ns, cost_low_ns,
 cost_high_ns, rounds, cost_measured_ns, front (no other run is better in cost and error).
 

@@ -11,11 +11,11 @@ namespace pantin::program {
 namespace {
 
 constexpr const char* kColumns[] = {
-    "method",          "step_s",         "tolerance",    "status",   "ended_at_s",
-    "cost_ns",         "cost_low_ns",    "cost_high_ns", "rounds",   "position_m",
-    "orientation_rad", "joints_m",       "energy_j",     "depth_m",  "front",
-    "steps",           "factorisations", "iterations",   "substeps", "sweeps",
-    "unsolved_steps",  "rescued_steps",  "findings",     "reason"};
+    "method",     "step_s",          "tolerance",      "status",       "ended_at_s",
+    "follows_s",  "cost_ns",         "cost_low_ns",    "cost_high_ns", "rounds",
+    "position_m", "orientation_rad", "joints_m",       "energy_j",     "depth_m",
+    "front",      "steps",           "factorisations", "iterations",   "substeps",
+    "sweeps",     "unsolved_steps",  "rescued_steps",  "findings",     "reason"};
 
 std::string quoted(const std::string& text) {
   if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
@@ -63,10 +63,10 @@ void print_reference(const Json& scene) {
              r["position_m"].get<double>(), confirmed);
   if (!r["whole"].get<bool>())
     fmt::print(
-        "              agrees with itself for the first {:.3g} s of {:.3g} s: errors are those up "
-        "to "
-        "then\n",
-        horizon, scene["duration_s"].get<double>());
+        "              agrees with itself for the first {:.3g} s of {:.3g} s: errors are those of "
+        "the "
+        "first {:.3g} s\n",
+        horizon, scene["duration_s"].get<double>(), r["compared_s"].get<double>());
 }
 
 }  // namespace

@@ -103,6 +103,7 @@ Result<Done> SceneChart::find_reference() {
     reference_.method = r["method"].get<std::string>(), reference_.step = r["step_s"].get<double>();
     reference_.own = {r["position_m"].get<double>(), r["orientation_rad"].get<double>(),
                       r["energy_j"].get<double>()};
+    reference_.compared = r["compared"].get<std::size_t>();
     reference_.agreed = r["agreed"].get<std::size_t>(), reference_.size = r["size_m"].get<double>();
     for (const Json& t : r["tried"])
       reference_.tried.push_back({t["method"].get<std::string>(),
@@ -119,6 +120,7 @@ Result<Done> SceneChart::find_reference() {
          {"orientation_rad", reference_.own.orientation},
          {"energy_j", reference_.own.energy},
          {"agreed", reference_.agreed},
+         {"compared", reference_.compared},
          {"size_m", reference_.size},
          {"tried", Json::array()}};
   for (const Reference::Tried& t : reference_.tried)
@@ -160,12 +162,17 @@ Json SceneChart::compared(const Point& point, const Outcome& o) const {
   run["status"] = o.status, run["reason"] = o.reason, run["ended_at_s"] = o.ended_at;
   const bool known = o.is_ok() && reference_.holds();
   const Apart error =
-      known ? apart(o.track, reference_.track, std::min(reference_.agreed, o.track.samples()))
+      known ? apart(o.track, reference_.track, std::min(reference_.compared, o.track.samples()))
             : Apart{};
   const double none = std::numeric_limits<double>::quiet_NaN();
   run["position_m"] = number(known ? error.position : none);
   run["orientation_rad"] = number(known ? error.orientation : none);
   run["energy_j"] = number(known ? error.energy : none);
+  const std::size_t follows =
+      reference_.holds() ? std::min(reference_.agreed, agreement(o.track, reference_.track,
+                                                                 kFollows * reference_.size))
+                         : 0;
+  run["follows_s"] = follows > 0 ? static_cast<double>(follows - 1) * sampling_.interval : 0.0;
   run["joints_m"] = number(o.gap), run["depth_m"] = number(o.depth);
   run["steps"] = o.counts.steps, run["factorisations"] = o.counts.factorisations;
   run["iterations"] = o.counts.iterations, run["substeps"] = o.counts.substeps;
@@ -187,26 +194,33 @@ Result<Done> SceneChart::measure_runs() {
                                       [](const Loaded& l) { return l.method.name; });
     reference_.track = run_motion({&*by->scene, reference_.step, 0, sampling_}).track;
   }
-  std::map<const Loaded*, double> last;  // s, of the rung before
-  std::size_t done = 0;
-  for (const Point& point : points_) {
-    progress_.show(0.5 * static_cast<double>(done++) / static_cast<double>(points_.size()));
-    if (interrupted()) return Done{};
-    if (const Json* known = journal_.find(point.key)) {
-      last[point.loaded] = (*known)["measured_s"].get<double>();
-      continue;
+  // The cheapest next run first, so that little time still makes a chart of all methods.
+  struct Ladder {
+    std::vector<const Point*> left;  // the finest first
+    double next = 0;                 // s, as far as it can be known
+  };
+  std::map<const Loaded*, Ladder> ladders;
+  for (auto p = points_.rbegin(); p != points_.rend(); ++p) ladders[p->loaded].left.push_back(&*p);
+  for (std::size_t done = 0; !ladders.empty() && !interrupted(); ++done) {
+    progress_.show(0.5 * static_cast<double>(done) / static_cast<double>(points_.size()));
+    const auto cheapest = std::ranges::min_element(
+        ladders, {}, [](const auto& of) { return std::pair(of.second.next, of.first); });
+    Ladder& ladder = cheapest->second;
+    const Point& point = *ladder.left.back();
+    const Json* known = journal_.find(point.key);
+    if (!known && left(kRunsPart) < ladder.next) break;
+    double seconds = known ? (*known)["measured_s"].get<double>() : 0;
+    if (!known) {
+      Trial trial = trial_of(point);
+      trial.stop = [&](double) { return left(kRunsPart) < 0; };
+      const Outcome outcome = run_motion(trial);
+      if (outcome.status == "stopped") break;
+      seconds = outcome.seconds;
+      if (auto kept = journal_.add(point.key, compared(point, outcome)); !kept) return kept;
     }
-    Trial trial = trial_of(point);
-    const double allowed = left(kRunsPart);
-    if (allowed < 2 * last[point.loaded]) continue;  // half the step, about twice the time
-    trial.stop = [&](double) { return left(kRunsPart) < 0; };
-    const Outcome outcome = run_motion(trial);
-    if (outcome.status == "stopped") {
-      last[point.loaded] = outcome.seconds;
-      continue;
-    }
-    last[point.loaded] = outcome.seconds;
-    if (auto kept = journal_.add(point.key, compared(point, outcome)); !kept) return kept;
+    ladder.next = 2 * seconds;  // half the step
+    ladder.left.pop_back();
+    if (ladder.left.empty()) ladders.erase(cheapest);
   }
   return Done{};
 }
@@ -275,6 +289,7 @@ Json SceneChart::reference_json() const {
          {"orientation_rad", r.own.orientation},
          {"energy_j", r.own.energy},
          {"horizon_s", horizon(r.agreed)},
+         {"compared_s", horizon(r.compared)},
          {"whole", r.agreed == static_cast<std::size_t>(sampling_.count) + 1}};
   j["tried"] = Json::array();
   for (const Reference::Tried& t : r.tried)

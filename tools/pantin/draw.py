@@ -67,8 +67,9 @@ def curves(scene, key):
 def draw_panel(axes, scene, key, title, large):
     size = 5 if large else 3
     axes.set_title(title, fontsize=9, loc="left")
-    if not any(max(errors) > LEAST for _, _, errors, _ in curves(scene, key)):
-        axes.text(0.5, 0.5, "none", ha="center", transform=axes.transAxes, fontsize=8, color="#666666")
+    shown = [max(errors) for _, _, errors, _ in curves(scene, key)]
+    if not shown or max(shown) <= LEAST:
+        axes.text(0.5, 0.5, "none" if shown else "no run", ha="center", transform=axes.transAxes, fontsize=8, color="#666666")
         axes.set_xticks([]), axes.set_yticks([])
         return
     for method, costs, errors, runs in curves(scene, key):
@@ -121,8 +122,14 @@ def words_of(scene):
         lines.append(f"Reference: {r['method']}{step}; its own error, {r['position_m']:.1e} m, "
                      "is the grey band.")
         if not r["whole"]:
-            lines.append(f"Refinements agree up to {r['horizon_s']:.3g} s of "
-                         f"{scene['duration_s']:.3g} s: errors are those up to then.")
+            follows = {}
+            for run in scene["runs"]:
+                if run.get("follows_s") is not None:
+                    follows[run["method"]] = max(follows.get(run["method"], 0), run["follows_s"])
+            lines.append(f"Refinements agree up to {r['horizon_s']:.3g} s of {scene['duration_s']:.3g} s: "
+                         f"errors are those of the first {r['compared_s']:.3g} s. Within a hundredth of "
+                         "the motion at best: " +
+                         ", ".join(f"{m} {s:.3g} s" for m, s in follows.items()))
     failed = {}
     for run in scene["runs"]:
         if run["status"] not in ("ok",):

@@ -113,9 +113,10 @@ struct Reference {
   std::string method;  // or the name of a file
   double step = 0;     // s; 0: from a file
   Track track;
-  Apart own;               // its own error: the difference of the last two refinements
-  std::size_t agreed = 0;  // samples up to which they agree
-  double size = 1;         // m, of the motion
+  std::size_t agreed = 0;    // samples up to which the last two refinements agree
+  std::size_t compared = 0;  // of these: all of the time, or the first half of what agrees
+  Apart own;                 // its own error: the difference of the two, over these
+  double size = 1;           // m, of the motion
   /// What every method that was tried agreed to.
   struct Tried {
     std::string method;
@@ -124,11 +125,16 @@ struct Reference {
     std::size_t agreed = 0;
   };
   std::vector<Tried> tried;
-  bool holds() const { return agreed > 1; }
+  bool holds() const { return compared > 1; }
 };
 
-/// Refinements agree where they differ by less than this part of the motion's size.
+/// Refinements agree where they differ by less than this part of the motion's size. Where they
+/// part, the motion amplifies errors: over the first half of the time until then the error of the
+/// reference is that of kAgreement squared, and the errors of others are not yet as large as the
+/// motion itself.
 inline constexpr double kAgreement = 1e-4;
+/// A run follows the reference while it differs by less than this part of the motion's size.
+inline constexpr double kFollows = 1e-2;
 
 /// A search for the reference.
 struct Search {

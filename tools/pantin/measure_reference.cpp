@@ -41,13 +41,16 @@ struct Pair {
   Track finest;
   double step = 0;  // s, of the finest
   Apart own;
-  std::size_t agreed = 0;
+  std::size_t agreed = 0, compared = 0;
 };
 
-Pair pair_of(const Track& coarse, const Track& fine, double step) {
-  Pair pair{fine, step, {}, 0};
+/// `all`: the number of samples of a whole run.
+Pair pair_of(const Track& coarse, const Track& fine, double step, std::size_t all) {
+  Pair pair{fine, step, {}, 0, 0};
   pair.agreed = agreement(coarse, fine, kAgreement * size_of(fine));
-  pair.own = apart(coarse, fine, pair.agreed);
+  pair.compared = pair.agreed;
+  if (pair.agreed < all) pair.compared = (pair.agreed + 1) / 2;
+  pair.own = apart(coarse, fine, pair.compared);
   return pair;
 }
 
@@ -70,7 +73,7 @@ Pair refine(const Loaded& loaded, const Search& search) {
     Outcome now = run_motion(trial);
     if (now.status == "stopped") break;
     if (n > 0) {
-      Pair pair = pair_of(last, now.track, trial.step);
+      Pair pair = pair_of(last, now.track, trial.step, all);
       without_gain = n == 1 || is_better(pair, best, 0.7) ? 0 : without_gain + 1;
       if (n == 1 || is_better(pair, best)) best = std::move(pair);
       if (best.agreed == all && best.own.position < kFinest * size_of(best.finest)) break;
@@ -197,6 +200,7 @@ Reference find_reference(std::span<const Loaded> methods, const Search& search) 
     if (best.agreed == all && best.own.position < 1e-6 * size) break;
   }
   reference.step = best.step, reference.own = best.own, reference.agreed = best.agreed;
+  reference.compared = best.compared;
   reference.track = std::move(best.finest);
   return reference;
 }
@@ -246,7 +250,7 @@ Result<Reference> read_reference(const std::string& path, const World& world, in
                                        Quat(cell(c[6]), cell(c[3]), cell(c[4]), cell(c[5]))});
     reference.track.energies.push_back(cell(energy));
   }
-  reference.agreed = reference.track.samples();
+  reference.agreed = reference.compared = reference.track.samples();
   Track finite = reference.track;
   std::erase_if(finite.poses, [](const Pose& p) { return !is_finite(p.position); });
   reference.size = size_of(finite);

@@ -16,6 +16,7 @@ constexpr std::array<std::string_view, 10> kWords = {
 constexpr double kJitterSpeed = 5e-3;  // m/s, rms; bodies at rest stay below half of it
 constexpr double kJitterPart = 0.25;   // of the steps that reverse the velocity
 constexpr double kWatched = 0.25;      // of the run, at its end, for jitter
+constexpr double kFewest = 16;         // steps in that time: fewer tell nothing
 constexpr double kStill = 0.01;        // of the motion's size: what stays within is at rest
 
 std::optional<Symptom> symptom_of(FindingKind kind) {
@@ -70,7 +71,8 @@ class Jitter {
   bool found(double size) const {
     double worst = 0;
     for (const Way& b : bodies_)
-      if (b.turns > kJitterPart * steps_ && glm::length(b.most - b.least) < kStill * size)
+      if (steps_ >= kFewest && b.turns > kJitterPart * steps_ &&
+          glm::length(b.most - b.least) < kStill * size)
         worst = std::max(worst, std::sqrt(b.squares / std::max(1.0, steps_)));
     measured_["jitter_m_s"] = worst;
     return worst > kJitterSpeed;
