@@ -59,7 +59,11 @@ std::string idle_jacobians(const World& world);
 /// --budget, --duration, with their bounds.
 void add_scene_choices(const Subcommand& command, SceneChoices& choices);
 /// The settings of a scene's steps.
-StepSettings settings_of(const Scene& scene, int threads);
+inline StepSettings settings_of(const Scene& scene, int threads) {
+  StepSettings how{scene.step, scene.substeps, threads};
+  how.budget = 1e-3 * scene.budget_ms;
+  return how;
+}
 /// --threads.
 void add_threads(const Subcommand& command, int& threads);
 

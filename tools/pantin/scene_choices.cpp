@@ -70,12 +70,6 @@ void add_scene_choices(const Subcommand& command, SceneChoices& choices) {
   command.option("--duration", choices.duration, "simulated seconds").between(1e-6, 1e6);
 }
 
-StepSettings settings_of(const Scene& scene, int threads) {
-  StepSettings how{scene.step, scene.substeps, threads};
-  how.budget = 1e-3 * scene.budget_ms;
-  return how;
-}
-
 void add_threads(const Subcommand& command, int& threads) {
   command.option("--threads", threads, "threads for independent islands; same result")
       .within(1, 256);
