@@ -287,7 +287,7 @@ python3 with matplotlib) are in the folder of --out. Interrupted, the same comma
 
 Examples:
   pantin stability assets/scenes/heavy_tip.json --over step=2e-3..0.1 --duration 0.5 --time 5
-  pantin stability assets/scenes/pendulum.json --over step=0.01..1 --over /gravity/1=-40..0
+  pantin stability assets/scenes/pendulum.json --over step=0.01..1
 
 What a run suffers from, the most serious first; the amounts and bounds are those of the findings of
 `pantin run`, documented in engine/runtime/README.md:
