@@ -48,15 +48,14 @@ StepSettings with_budget(Real seconds) {
 
 }  // namespace
 
-TEST_CASE("budget: enough time changes nothing", "[#budget_test]") {
+TEST_CASE("budget: enough time changes nothing") {
   const World start = ragdolls();
   const Outcome free = run(start, {}, 120), bound = run(start, with_budget(kMuchTime), 120);
   CHECK(bound.hash == free.hash);
   CHECK(bound.shortened == 0);
 }
 
-TEST_CASE("budget: without time joints stay closed, no energy is gained, and it is told",
-          "[#budget_test]") {
+TEST_CASE("budget: without time joints stay closed, no energy is gained, and it is told", "") {
   const Outcome o = run(ragdolls(), with_budget(kNoTime), 240);
   CHECK(o.shortened > 50);
   CHECK(o.given_up > 0.2);
@@ -65,7 +64,7 @@ TEST_CASE("budget: without time joints stay closed, no energy is gained, and it 
   CHECK(o.energy < 1);
 }
 
-TEST_CASE("budget: what matters less gives way first", "[#budget_test]") {
+TEST_CASE("budget: what matters less gives way first") {
   // Bodies of no importance have no time, however much there is.
   World w = falling_pile();
   const Entity last = w.bodies.owners()[w.bodies.size() - 1];
