@@ -1,5 +1,6 @@
 #pragma once
 /// The schedule of one step, and the fixed-rate loop around it.
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -7,13 +8,16 @@
 #include "engine/base/job.hpp"
 #include "engine/contact/contact.hpp"
 #include "engine/runtime/systems.hpp"
-#include "engine/solvers/budget.hpp"
 #include "engine/world/faults.hpp"
 #include "engine/world/findings.hpp"
 #include "engine/world/report.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin {
+
+/// The weight of a group in the division of StepSettings::budget, given one of its bodies: 1 as a
+/// rule, less for what is far, small or hidden.
+using Importance = std::function<Real(Entity body)>;
 
 struct StepSettings {
   Real h = 1.0 / 60;     // s
@@ -45,6 +49,9 @@ struct StepSettings {
   /// Divides the budget; without it all groups have the same weight for their size.
   Importance importance = {};
 };
+
+/// Costs of the groups of bodies in contact in the last step with a budget, in its last substep.
+std::span<const GroupCost> group_costs(const World& world);
 
 /// The shortest and the longest substep, s.
 inline constexpr Real kShortestStep = 1e-12, kLongestStep = 1e6;

@@ -3,29 +3,18 @@
 #include <algorithm>
 #include <chrono>
 #include <functional>
-#include <span>
 
 #include "engine/base/math.hpp"
-#include "engine/world/report.hpp"
+#include "engine/world/entity.hpp"
 
-namespace pantin {
-
-/// The weight of a group in the division of StepSettings::budget, given one of its bodies: 1 as a
-/// rule, less for what is far, small or hidden.
-using Importance = std::function<Real(Entity body)>;
-
-class World;
-/// Costs of the groups of bodies in contact in the last step with a budget, in its last substep.
-std::span<const GroupCost> group_costs(const World& world);
-
-namespace detail {
+namespace pantin::detail {
 
 using Clock = std::chrono::steady_clock;
 
 /// When a substep has to end, and who decides what matters.
 struct Budget {
   Clock::time_point until;
-  const Importance* importance = nullptr;
+  const std::function<Real(Entity)>* importance = nullptr;  // StepSettings::importance
 };
 
 /// The number of equal substeps that a group can afford, from the measured duration of the last.
@@ -65,5 +54,4 @@ class Pace {
   int planned_ = 0, taken_ = 0;
 };
 
-}  // namespace detail
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -88,6 +88,17 @@ bool is_jammed(const Group& g, const Substep& s, Real change);
 /// m/s.
 Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, Order order);
 
+// Before impulses (group_prepare.cpp).
+
+/// Prepares trees and loops; closes the gaps of loops first.
+void prepare_closed(const Group& g, const GroupPart& part, Real h);
+/// After it, where no impulses follow: the velocities before.
+void restore_velocities(const Group& g);
+/// Prepares trees, ties and contacts at the current poses.
+void prepare_group(const Group& g, const Substep& s);
+/// Keeps contacts active that have an impulse or no gap at the current poses.
+void prepare_touching(const Group& g);
+
 /// Adapts Contact::rest to the springs' compression under lasting loads, while bodies hardly move.
 /// Among trees only the two bodies have to be calm, since an arm may swing for long; towers would
 /// creep unless all bodies are. Points of the same two bodies share the mean: else the most loaded

@@ -40,9 +40,6 @@ constexpr int kHardSweeps = 100, kSweepsOfFew = 1000, kBlowSweeps = 30, kSmoothB
 constexpr Real kExchange = 1e-6, kStalled = 0.02;
 /// Fraction of a tie's gap that is closed in a substep.
 constexpr Real kTieReturn = 0.5;
-/// Newton iterations that close loops, of few ties and of many.
-constexpr int kClosingRounds = 16, kClosingRoundsOfMany = 4;
-constexpr std::size_t kManyTies = 24;
 /// Factor on GroupLoops::open at the end of a step.
 constexpr Real kLeftOpen = 1e-3;
 /// m/s: tolerances of sweeps over trees, for the change of a contact's speed.
@@ -59,83 +56,6 @@ constexpr Real kSlightGain = 0.01;
 constexpr int kSweepsFromNone = 12;
 /// s: at rest, compressions are compensated at once.
 constexpr Real kForGood = std::numeric_limits<Real>::infinity();
-/// m/s: margin on closing speeds, since impulses of the substep may make bodies approach faster;
-/// the largest speed in the group, if that is more.
-constexpr Real kSuddenSpeed = 2;
-
-/// Whether two bodies may touch at a contact within the substep.
-bool is_near(const Group& g, const GroupContact& c, Real h, Real sudden) {
-  const Vec3 n = c.axes[0];
-  const Side a(g, c.a), b(g, c.b);
-  const Real closing = -glm::dot(n, a.speed_at(c.arm_a) - b.speed_at(c.arm_b));
-  return c.impulse.x > 0 || c.gap < h * (sudden + std::max(Real(0), closing));
-}
-
-void restore_velocities(const Group& g) {
-  for (const GroupNode& n : g.nodes) g.bodies[n.body].velocity = n.velocity;
-}
-
-/// Prepares trees and loops; closes the gaps of loops first.
-void prepare_closed(const Group& g, const GroupPart& part, Real h) {
-  stiffen(g, h);
-  if (are_open(g)) {
-    press(g);
-    const int most = g.ties.size() < kManyTies ? kClosingRounds : kClosingRoundsOfMany;
-    bool open = true;
-    for (int round = 0; open && round < most; ++round) {
-      prepare_trees(g, part);
-      prepare_loops(g);
-      open = close_loops(g, part);
-      restore_velocities(g);
-    }
-    release(g);
-  }
-  prepare_trees(g, part);
-  prepare_loops(g);
-}
-
-/// Prepares the responses of two bodies in trees. `known`: the last cross response.
-void prepare_ends(const Group& g, const GroupContact& c, std::uint32_t& known) {
-  prepare_looped(g, c.a), prepare_looped(g, c.b);
-  if (c.cross == known || c.cross == kNoNode) return;
-  g.crosses[known = c.cross] = cross_response_of(g, c.a, c.b);
-}
-
-/// Prepares trees, ties and contacts at the current poses.
-void prepare_group(const Group& g, const Substep& s) {
-  const GroupPart& part = s.part;
-  centre_bodies(g);
-  prepare_closed(g, part, part.h);
-  Real sudden = kSuddenSpeed;
-  for (const GroupBody& b : g.bodies) sudden = std::max(sudden, glm::length(b.velocity));
-  for (GroupTie& t : g.ties)
-    if (t.kind != GroupTie::Kind::rigid) prepare_tie(g, t, part.h);
-  std::uint32_t known = kNoNode;
-  for (GroupPair& p : g.pairs) {
-    bool any = false;
-    for (GroupContact& c : g.contacts.subspan(p.first, p.count)) {
-      place(g, c);
-      if (s.hard) lead(g, c, s.h);
-      c.works = is_near(g, c, s.reach, sudden);
-      if (!c.works) c.impulse = Vec3(0);
-      any = any || c.works;
-    }
-    if (any) prepare_ends(g, g.contacts[p.first], known);
-    prepare_pair(g, p);
-  }
-}
-
-/// Keeps contacts active that have an impulse or no gap at the current poses.
-void prepare_touching(const Group& g) {
-  centre_bodies(g);
-  for (GroupContact& c : g.contacts) {
-    if (!c.works) continue;
-    place(g, c);
-    c.works = c.impulse.x > 0 || c.gap <= 0;
-  }
-  for (GroupPair& p : g.pairs) prepare_pair(g, p);
-}
-
 /// One sweep: actuators, limits, then springs and cables, then contacts, then loops.
 Real sweep_group(const Group& g, const Substep& s, Sweep sweep, Order order) {
   solve_actuators(g, s.h);

@@ -1,0 +1,88 @@
+// A group at the poses of the start of a substep: trees, loops, ties, active contacts.
+#include <algorithm>
+
+#include "engine/solvers/articulated/impulses/group_points.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+/// Newton iterations that close loops, of few ties and of many.
+constexpr int kClosingRounds = 16, kClosingRoundsOfMany = 4;
+constexpr std::size_t kManyTies = 24;
+/// m/s: margin on closing speeds, since impulses of the substep may make bodies approach faster;
+/// the largest speed in the group, if that is more.
+constexpr Real kSuddenSpeed = 2;
+
+/// Whether two bodies may touch at a contact within the substep.
+bool is_near(const Group& g, const GroupContact& c, Real h, Real sudden) {
+  const Vec3 n = c.axes[0];
+  const Side a(g, c.a), b(g, c.b);
+  const Real closing = -glm::dot(n, a.speed_at(c.arm_a) - b.speed_at(c.arm_b));
+  return c.impulse.x > 0 || c.gap < h * (sudden + std::max(Real(0), closing));
+}
+
+/// Prepares the responses of two bodies in trees. `known`: the last cross response.
+void prepare_ends(const Group& g, const GroupContact& c, std::uint32_t& known) {
+  prepare_looped(g, c.a), prepare_looped(g, c.b);
+  if (c.cross == known || c.cross == kNoNode) return;
+  g.crosses[known = c.cross] = cross_response_of(g, c.a, c.b);
+}
+
+}  // namespace
+
+void restore_velocities(const Group& g) {
+  for (const GroupNode& n : g.nodes) g.bodies[n.body].velocity = n.velocity;
+}
+
+void prepare_closed(const Group& g, const GroupPart& part, Real h) {
+  stiffen(g, h);
+  if (are_open(g)) {
+    press(g);
+    const int most = g.ties.size() < kManyTies ? kClosingRounds : kClosingRoundsOfMany;
+    bool open = true;
+    for (int round = 0; open && round < most; ++round) {
+      prepare_trees(g, part);
+      prepare_loops(g);
+      open = close_loops(g, part);
+      restore_velocities(g);
+    }
+    release(g);
+  }
+  prepare_trees(g, part);
+  prepare_loops(g);
+}
+
+void prepare_group(const Group& g, const Substep& s) {
+  const GroupPart& part = s.part;
+  centre_bodies(g);
+  prepare_closed(g, part, part.h);
+  Real sudden = kSuddenSpeed;
+  for (const GroupBody& b : g.bodies) sudden = std::max(sudden, glm::length(b.velocity));
+  for (GroupTie& t : g.ties)
+    if (t.kind != GroupTie::Kind::rigid) prepare_tie(g, t, part.h);
+  std::uint32_t known = kNoNode;
+  for (GroupPair& p : g.pairs) {
+    bool any = false;
+    for (GroupContact& c : g.contacts.subspan(p.first, p.count)) {
+      place(g, c);
+      if (s.hard) lead(g, c, s.h);
+      c.works = is_near(g, c, s.reach, sudden);
+      if (!c.works) c.impulse = Vec3(0);
+      any = any || c.works;
+    }
+    if (any) prepare_ends(g, g.contacts[p.first], known);
+    prepare_pair(g, p);
+  }
+}
+
+void prepare_touching(const Group& g) {
+  centre_bodies(g);
+  for (GroupContact& c : g.contacts) {
+    if (!c.works) continue;
+    place(g, c);
+    c.works = c.impulse.x > 0 || c.gap <= 0;
+  }
+  for (GroupPair& p : g.pairs) prepare_pair(g, p);
+}
+
+}  // namespace pantin::detail::articulated
