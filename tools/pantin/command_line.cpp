@@ -116,7 +116,7 @@ std::vector<NamedFile> files_of(const CLI::App& command) {
     // A state may be saved to the file it was loaded from, which has been read by then.
     if (argument.names.back() == "--load") continue;
     for (const std::string& path : option->results())
-      if (!is_a_device(path))
+      if (path != "-" && !is_a_device(path))
         files.push_back({argument.names.back(), path, is_read, whole_path(path)});
   }
   return files;

@@ -173,7 +173,7 @@ std::vector<Error> settle(const std::string& path, Scene& scene) {
 
 std::optional<Scene> open_scene(const std::string& path, const SceneChoices& choices) {
   const EndsAtOnce while_nothing_is_written;
-  Result<Scene> read = read_scene(path, choices);
+  Result<Scene> read = read_scene(path == "-" ? "/dev/stdin" : path, choices);
   if (read) return std::move(*read);
   for (const Error& e : read.errors()) print_error(e.message);
   return std::nullopt;

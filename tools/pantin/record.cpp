@@ -1,9 +1,14 @@
 #include "tools/pantin/record.hpp"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
+#include <fnmatch.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <unordered_map>
 
+#include "engine/scene/json/words.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
 
@@ -24,55 +29,107 @@ std::string field(const std::string& text) {
   return quoted + '"';
 }
 
-void add_vec(std::string& row, Vec3 v) { row += fmt::format(",{},{},{}", v.x, v.y, v.z); }
+constexpr Real kNoNumber = std::numeric_limits<Real>::quiet_NaN();
+
+void add_vec(std::vector<Real>& row, Vec3 v) { row.insert(row.end(), {v.x, v.y, v.z}); }
+
+void leave_empty(std::vector<Real>& row, std::size_t cells) {
+  row.insert(row.end(), cells, kNoNumber);
+}
 
 }  // namespace
 
-Result<Done> Record::open(const std::string& path, const World& world) {
-  if (auto opened = file_.open(path); !opened) return opened;
+/// The columns of a record without --columns.
+std::vector<std::string> Record::standard_columns(const World& built) {
   const auto kept = [](const auto& owners) {
     return std::vector<Entity>(owners.begin(), owners.end());
   };
-  bodies_ = kept(world.bodies.owners()), links_ = kept(world.links.owners());
+  bodies_ = kept(built.bodies.owners()), links_ = kept(built.links.owners());
   exact_links_.clear();
-  std::string row = "time_s";
+  std::vector<std::string> names = {"time_s"};
+  const auto add = [&](const std::string& prefix, std::initializer_list<const char*> all) {
+    for (const char* what : all) names.push_back(prefix + what);
+  };
   for (Entity e : bodies_)
-    for (const char* what :
-         {"x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz", "wx", "wy", "wz"})
-      row += ',' + field(world.name_of(e) + '.' + what);
-  for (Entity e : links_) row += ',' + field(world.name_of(e) + ".gap_m");
-  row += ",kinetic_j,potential_j,energy_j,px,py,pz,lx,ly,lz";
-  World built = world;
-  compile_if_changed(built);
+    add(built.name_of(e) + '.',
+        {"x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz", "wx", "wy", "wz"});
+  for (Entity e : links_) add(built.name_of(e) + '.', {"gap_m"});
+  add("", {"kinetic_j", "potential_j", "energy_j", "px", "py", "pz", "lx", "ly", "lz"});
   exact_ = !lagrangian::islands_of(built).empty();
   for (const lagrangian::Island& m : lagrangian::islands_of(built))
     for (const lagrangian::Block& b : m.blocks)
       if (b.kind == lagrangian::BlockKind::joint)
         exact_links_.push_back(lagrangian::joint_of(built, b));
-  for (Entity e : exact_links_)
-    for (const char* what : {"fx", "fy", "fz", "tx", "ty", "tz"})
-      row += ',' + field(built.name_of(e) + '.' + what);
-  row += exact_ ? ",elastic_j,rows,rank,rescued\n" : "\n";
-  return file_.write(row);
+  for (Entity e : exact_links_) add(built.name_of(e) + '.', {"fx", "fy", "fz", "tx", "ty", "tz"});
+  if (exact_) add("", {"elastic_j", "rows", "rank", "rescued"});
+  return names;
 }
 
-void Record::add_bodies(std::string& row, const World& world) const {
+/// Keeps the columns that a pattern matches, and time_s; the reason if one matches none.
+std::string Record::choose(const std::vector<std::string>& patterns,
+                           const std::vector<std::string>& names) {
+  std::vector<bool> is_kept(names.size(), false);
+  is_kept[0] = true;
+  for (const std::string& pattern : patterns) {
+    bool any = false;
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (fnmatch(pattern.c_str(), names[i].c_str(), 0) == 0) is_kept[i] = any = true;
+    if (any) continue;
+    const std::vector<std::string_view> known(names.begin(), names.end());
+    return fmt::format("--columns: found \"{}\", expected columns of this scene, such as {}{}",
+                       pattern, quoted_name(names[std::min<std::size_t>(1, names.size() - 1)]),
+                       hint(pattern, known));
+  }
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (is_kept[i]) chosen_.push_back(i);
+  return {};
+}
+
+Result<Done> Record::check(const World& world, const RecordChoices& choices) {
+  World built = world;
+  compile_if_changed(built);
+  digits_ = choices.digits;
+  names_ = standard_columns(built);
+  if (choices.columns.empty()) return Done{};
+  standard_ = names_.size();
+  events_.emplace(world);
+  readings_ = readings_of(built, *events_, choices.step);
+  for (const Reading& r : readings_) names_.push_back(r.name);
+  if (std::string fault = choose(choices.columns, names_); !fault.empty())
+    return Error{std::move(fault)};
+  return Done{};
+}
+
+Result<Done> Record::open(const std::string& path) {
+  if (auto opened = file_.open(path); !opened) return opened;
+  std::string row;
+  const auto add = [&](const std::string& name) {
+    if (!row.empty()) row += ',';
+    row += field(name);
+  };
+  if (chosen_.empty())
+    for (const std::string& name : names_) add(name);
+  for (const std::size_t i : chosen_) add(names_[i]);
+  return file_.write(row + '\n');
+}
+
+void Record::add_bodies(std::vector<Real>& row, const World& world) const {
   for (const Entity e : bodies_) {
     const Body* b = world.bodies.find(e);
     if (!b) {
-      row.append(13, ',');
+      leave_empty(row, 13);
       continue;
     }
     const Pose at = world.origin_pose(e);
     add_vec(row, at.position);
     add_vec(row, Vec3(at.rotation.x, at.rotation.y, at.rotation.z));
-    row += fmt::format(",{}", at.rotation.w);
+    row.push_back(at.rotation.w);
     add_vec(row, b->velocity);
     add_vec(row, b->angular_velocity);
   }
 }
 
-void Record::add_gaps(std::string& row, const World& world) const {
+void Record::add_gaps(std::vector<Real>& row, const World& world) const {
   std::vector<Real> gaps;
   for (const Link& l : world.links.values())
     gaps.push_back(glm::length(residual(l.joint, world.bodies[l.a].pose, world.bodies[l.b].pose)));
@@ -83,11 +140,11 @@ void Record::add_gaps(std::string& row, const World& world) const {
         gaps[b.source] = lagrangian::joint_gap(world, mechanism, i);
   for (const Entity e : links_) {
     const std::uint32_t slot = world.links.slot(e);
-    row += slot == kNoSlot ? "," : fmt::format(",{}", gaps[slot]);
+    row.push_back(slot == kNoSlot ? kNoNumber : gaps[slot]);
   }
 }
 
-void Record::add_islands(std::string& row, const World& world, const Measures& m) const {
+void Record::add_islands(std::vector<Real>& row, const World& world, const Measures& m) const {
   std::size_t rows = 0, rank = 0, rescued = 0;
   std::unordered_map<Entity, lagrangian::ConstraintWrench> wrenches;
   for (const lagrangian::Island& mechanism : lagrangian::islands_of(world)) {
@@ -100,21 +157,35 @@ void Record::add_islands(std::string& row, const World& world, const Measures& m
   for (const Entity e : exact_links_) {
     const auto f = wrenches.find(e);
     if (f == wrenches.end())
-      row.append(6, ',');
+      leave_empty(row, 6);
     else
       add_vec(row, f->second.force), add_vec(row, f->second.torque);
   }
-  row += fmt::format(",{},{},{},{}", m.elastic, rows, rank, rescued);
+  row.insert(row.end(), {m.elastic, static_cast<Real>(rows), static_cast<Real>(rank),
+                         static_cast<Real>(rescued)});
 }
 
 Result<Done> Record::add(const World& world, const Measures& m) {
-  std::string row = fmt::format("{}", world.time);
-  add_bodies(row, world);
-  add_gaps(row, world);
-  row += fmt::format(",{},{},{}", m.kinetic, m.potential, m.energy());
-  add_vec(row, m.momentum);
-  add_vec(row, m.angular_momentum);
-  if (exact_) add_islands(row, world, m);
+  std::vector<Real> cells = {world.time};
+  add_bodies(cells, world);
+  add_gaps(cells, world);
+  cells.insert(cells.end(), {m.kinetic, m.potential, m.energy()});
+  add_vec(cells, m.momentum);
+  add_vec(cells, m.angular_momentum);
+  if (exact_) add_islands(cells, world, m);
+  std::string row;
+  const auto write = [&](std::size_t column, Real x) {
+    if (column > 0) row += ',';
+    if (std::isnan(x)) return;
+    if (digits_ > 0)
+      fmt::format_to(std::back_inserter(row), "{:.{}g}", x, digits_);
+    else
+      fmt::format_to(std::back_inserter(row), "{}", x);
+  };
+  if (events_) events_->update(world);
+  for (std::size_t i = 0; chosen_.empty() && i < cells.size(); ++i) write(i, cells[i]);
+  for (const std::size_t i : chosen_)
+    write(i, i < standard_ ? cells[i] : readings_[i - standard_].value(world));
   row += '\n';
   return file_.write(row);
 }

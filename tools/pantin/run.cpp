@@ -16,6 +16,7 @@
 #include "tools/pantin/pictures.hpp"
 #include "tools/pantin/program.hpp"
 #include "tools/pantin/record.hpp"
+#include "tools/pantin/run_help.hpp"
 
 namespace pantin::program {
 
@@ -27,6 +28,7 @@ struct RunChoices {
   std::string scene, record, load, save;
   SceneChoices how;
   PictureChoices pictures;
+  RecordChoices recorded;
   int threads = 1;
   bool hash = false, json = false, strict = false;
 };
@@ -355,7 +357,13 @@ int step_through(const Run& run, Pictures* pictures, Record* record) {
 }
 
 int run(const RunChoices& c) {
-  if (const std::string idle = c.pictures.idle_option(); !idle.empty()) {
+  std::string idle = c.pictures.idle_option();
+  if (c.record.empty() && (!c.recorded.columns.empty() || c.recorded.digits > 0))
+    idle = fmt::format("{}: found no record to write, expected --record with it",
+                       c.recorded.columns.empty() ? "--digits" : "--columns");
+  const bool is_piped = c.record == "-";  // standard output has nothing else then
+  if (is_piped && c.json) idle = "--json: found --record - with it, expected one of them";
+  if (!idle.empty()) {
     complain(idle);
     return kUsage;
   }
@@ -367,15 +375,20 @@ int run(const RunChoices& c) {
     if (!loaded) return fail(loaded.errors(), kUsage);
     scene->world = std::move(*loaded);
   }
+  Record record;
+  if (!c.record.empty())
+    if (const auto fits =
+            record.check(scene->world, {c.recorded.columns, c.recorded.digits, scene->step});
+        !fits)
+      return fail(fits.errors(), kUsage);
   std::unique_ptr<Pictures> pictures;
   if (c.pictures.wanted()) {
     auto opened = Pictures::open(c.pictures, *scene, steps_of(*scene));
     if (auto* f = std::get_if<PictureFailure>(&opened)) return fail(f->errors, f->exit_code);
     pictures = std::move(std::get<0>(opened));
   }
-  Record record;
   if (!c.record.empty())
-    if (const auto opened = record.open(c.record, scene->world); !opened)
+    if (const auto opened = record.open(is_piped ? "/dev/stdout" : c.record); !opened)
       return fail(opened.errors(), kUnwritable);
 
   if (c.threads > 1 && !has_threads())
@@ -413,51 +426,32 @@ int run(const RunChoices& c) {
   if (exit_code == kUnwritable) s.status = "unwritable";
   if (c.json)
     print_json(to_json(c, *scene, sim, s));
-  else
+  else if (!is_piped)
     print_summary(c, *scene, sim, s);
   return exit_code;
 }
-
-constexpr const char* kExamples = R"(Examples:
-  pantin run assets/scenes/chain.json
-  pantin run assets/scenes/chain.json --frames out/chain --video out/chain.mp4 --size 1920x1080
-  pantin run assets/scenes/marionette.json --gif out/marionette.gif --duration 4
-  pantin run assets/scenes/marionette.json --strip out/marionette.png
-  pantin run assets/scenes/chain10.json --step 0.004166667 --record out/chain10.csv --json
-  pantin run assets/scenes/chain10.json --solver lagrangian --integrator rattle
-  pantin run assets/scenes/chain10.json --solver lagrangian --tolerance 1e-8
-  pantin run assets/scenes/marionette.json --save out/marionette.world
-  pantin run assets/scenes/marionette.json --load out/marionette.world --strip out/later.png
-
---json prints one object: scene, title, status (ok, doubtful: there are findings, diverged,
-inconsistent, contact_lost, energy_grew, aborted, interrupted, unwritable), solver ("mixed" if several), solvers (bodies of each),
-step_s, substeps, steps, simulated_s, bodies, joints, strings, articulations, worst_gap_m,
-worst_gap_rel, energy_start_j, energy_end_j, energy_max_j, ns_per_link_step_median,
-ns_per_link_step_p99, frame_ms_median, frame_ms_p99 (a step, without drawing),
-allocations_per_step, hash, frames_written, cpu_ms_per_frame (all threads, start-up excluded),
-worst_residual_m, rounds_max, budget_ms, shortened_steps and given_up_max (substeps left out for
-the budget, at most as a fraction of a group's), limited_steps and energy_removed_j (by the energy limiter of auto),
-rescued_steps (failed in the integrator, taken by
-Euler's method), contacts (with force, at the end), contacts_max,
-contact_depth_m (worst overlap after a step), limit_hits (joints at a limit, at the end),
-limit_hits_max, limit_violation_rad, drives_capped_max,
-final_acceleration_rms (m/s^2, mass centres, last second), unreached, mechanisms
-(Lagrangian: bodies, integrator, equations, rank, redundant, residual, parts), findings (kind, where,
-time_s, amount, unit, steps), energy_unchecked (bodies), warnings, and lost after a divergence or a
-growth of energy. engine/runtime/README.md describes each kind of finding.
-
-Exit codes: 0 ok, 1 failed run, 2 usage or bad input, 3 diverged, energy grew or (--strict) findings, 4 could not write, 130 interrupted.)";
 
 }  // namespace
 
 void add_run(CommandLine& program) {
   auto c = std::make_shared<RunChoices>();
   const Subcommand command = program.add("run", "Runs a scene; writes frames, video, a record");
-  command.option("scene", c->scene, "scene file").required().type(kSceneType);
+  command.option("scene", c->scene, "scene file, - for standard input").required().type(kSceneType);
   add_scene_choices(command, c->how);
   add_threads(command, c->threads);
-  command.option("--record", c->record, "CSV file: poses, velocities, gaps, energy, momentum")
+  command
+      .option("--record", c->record,
+              "CSV file, - for standard output: poses, velocities, gaps, energy, momentum")
       .type(kFileType);
+  command
+      .option("--columns", c->recorded.columns,
+              "of the record: names with * and ?, separated by commas; also readings of joints "
+              "(angle, travel, speeds, reaction), cables, pins, contacts")
+      .separated_by(',')
+      .type("NAMES")
+      .one_at_a_time();
+  command.option("--digits", c->recorded.digits, "significant digits of the record; by default all")
+      .within(1, 17);
   command
       .option("--load", c->load, "continues from a state written by --save, with this scene's step")
       .type(kFileType);
@@ -489,7 +483,7 @@ void add_run(CommandLine& program) {
   command.flag("--hash", c->hash, "print the 64-bit hash of the final state");
   command.flag("--strict", c->strict, "exit code 3 where there are findings");
   command.flag("--json", c->json, "print one JSON object instead of text");
-  command.footer(kExamples);
+  command.footer(kRunFooter);
   command.runs([c] { return run(*c); });
 }
 

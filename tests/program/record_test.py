@@ -1,0 +1,105 @@
+"""The columns of pantin run --record: which are written, and that their numbers are right."""
+import csv
+import io
+import json
+import math
+import os
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+PANTIN = os.environ["PANTIN"]
+SCENES = pathlib.Path(os.environ["PANTIN_ASSETS"]) / "scenes"
+
+# A ball of 2 kg on a massless arm of 1 m, let go from level.
+PENDULUM = {
+    "version": 1, "duration": 1, "step": 0.001, "solver": {"type": "lagrangian"},
+    "bodies": [{"name": "bob", "position": [1, 0, 0], "mass": 2, "drag": 0,
+                "inertia": [1e-9, 1e-9, 1e-9]}],
+    "joints": [{"name": "pivot", "kind": "hinge", "a": "world", "b": "bob", "anchor": [0, 0, 0],
+                "axis": [0, 0, 1]}]}
+
+
+def pantin(*arguments, stdin=""):
+    return subprocess.run([PANTIN, *map(str, arguments)], input=stdin, stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, text=True, timeout=120)
+
+
+def columns(text):
+    header, *rows = csv.reader(io.StringIO(text))
+    return {name: [float(row[i]) if row[i] else math.nan for row in rows]
+            for i, name in enumerate(header)}
+
+
+class Record(unittest.TestCase):
+    def record(self, scene, *options):
+        text = json.dumps(scene) if isinstance(scene, dict) else scene.read_text()
+        done = pantin("run", "-", "--record", "-", *options, stdin=text)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
+
+    def test_a_pendulum_is_read_as_its_closed_forms_say(self):
+        read = columns(self.record(PENDULUM, "--columns", "pivot.*,bob.x,bob.y"))
+        for i in range(1, len(read["time_s"])):
+            angle, speed = read["pivot.angle"][i], read["pivot.angular_speed"][i]
+            self.assertAlmostEqual(math.cos(angle), read["bob.x"][i], places=9)
+            self.assertAlmostEqual(math.sin(angle), read["bob.y"][i], places=9)
+            # Energy is kept: speed^2 / 2 = g sin(-angle), to the order of the integrator.
+            self.assertAlmostEqual(speed**2 / 2, -9.81 * math.sin(angle), delta=2e-3)
+            # The hinge holds weight and centripetal force: 3 m g sin(-angle), mean over the step.
+            pull = math.hypot(read["pivot.reaction_fx"][i], read["pivot.reaction_fy"][i])
+            middle = (angle + read["pivot.angle"][i - 1]) / 2
+            wanted = -3 * math.sin(middle) * 2 * 9.81
+            self.assertAlmostEqual(pull, wanted, delta=0.06)
+
+    def test_a_stack_bears_the_weights_above(self):
+        read = columns(self.record(SCENES / "stack.json", "--duration", 2, "--columns",
+                                   "*.contact*"))
+        self.assertNotIn("b0.x", read)
+        self.assertEqual(read["b9.contacts"][-1], 1)
+        self.assertEqual(read["b4.contacts"][-1], 2)
+        one = read["b9.contact_fy"][-1]
+        self.assertAlmostEqual(read["floor.contact_fy"][-1] / one, -10, delta=1e-5)
+        self.assertAlmostEqual(read["b0.contact_fy"][-1] / one, 1, delta=1e-5)
+
+    def test_a_cable_carries_what_hangs_from_it(self):
+        scene = {"version": 1, "duration": 1,
+                 "bodies": [{"name": "load", "position": [0, -1, 0], "mass": 3,
+                             "inertia": [0.1, 0.1, 0.1]}],
+                 "cables": [{"name": "rope", "a": "world", "b": "load", "anchor_a": [0, 0, 0],
+                             "anchor_b": [0, 0, 0], "length": 1}]}
+        read = columns(self.record(scene, "--columns", "*.tension"))
+        self.assertEqual(list(read), ["time_s", "rope.tension"])
+        self.assertAlmostEqual(read["rope.tension"][-1], 3 * 9.81, delta=1e-3)
+
+    def test_chosen_columns_are_those_of_the_whole_record(self):
+        whole = columns(self.record(PENDULUM))
+        some = columns(self.record(PENDULUM, "--columns", "bob.q?,energy_j"))
+        self.assertEqual(list(some), ["time_s", "bob.qx", "bob.qy", "bob.qz", "bob.qw",
+                                      "energy_j"])
+        for name, values in some.items():
+            self.assertEqual(values, whole[name])
+        rounded = self.record(PENDULUM, "--columns", "bob.x", "--digits", 3)
+        cells = [row.split(",")[1] for row in rounded.splitlines()[1:]]
+        self.assertEqual(cells, [f"{x:.3g}" for x in whole["bob.x"]])
+
+    def test_what_cannot_be_recorded_is_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "r.csv"
+            for options, told in (
+                    (("--record", path, "--columns", "pivot.angel"), 'nearest is "pivot.angle"'),
+                    (("--columns", "*"), "found no record to write"),
+                    (("--digits", 3), "found no record to write"),
+                    (("--record", "-", "--json"), "expected one of them"),
+                    (("--record", path, "--digits", 18), "from 1 to 17")):
+                with self.subTest(options=options):
+                    done = pantin("run", "-", *options, stdin=json.dumps(PENDULUM))
+                    self.assertEqual(done.returncode, 2)
+                    self.assertIn(told, done.stderr)
+                    self.assertEqual(len(done.stderr.splitlines()), 1)
+                    self.assertFalse(path.exists())
+
+
+if __name__ == "__main__":
+    unittest.main()
