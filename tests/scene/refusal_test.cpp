@@ -1,4 +1,7 @@
 // One test for each class of bad input: the whole line is checked, place and pointer included.
+#include <array>
+
+#include "engine/scene/json/words.hpp"
 #include "tests/scene/scenes.hpp"
 
 using namespace pantin;
@@ -20,6 +23,22 @@ TEST_CASE("Unknown keys are refused with the nearest that is known") {
   CHECK(diagnostics("{\"version\": 1, \"ground\": {\"wobbliness\": 1}}") ==
         Lines{"t.json:1:27: /ground/wobbliness: found key \"wobbliness\", expected a key of a "
               "ground: visible or height"});
+}
+
+TEST_CASE("Words of other engines are told what they are called here") {
+  CHECK(
+      diagnostics("{\"version\": 1, \"tendons\": []}") ==
+      Lines{"t.json:1:16: /tendons: found key \"tendons\", expected a key of a scene; it is called "
+            "\"cables\" here"});
+  CHECK(diagnostics("{\"version\": 1, \"bodies\": [{\"name\": \"a\", \"mass\": 1,\n"
+                    "\"motion\": \"static\", \"shape\": {\"type\": \"cuboid\"}}]}")
+            .at(0) ==
+        "t.json:2:11: /bodies/0/motion: found \"static\", expected dynamic, fixed or kinematic; it "
+        "is called \"fixed\" here");
+  // Names of the scene's own objects are never translated.
+  CHECK(called_here("spherical", std::array<std::string_view, 2>{"hinge", "ball"}) == "ball");
+  CHECK(hint("spherical", std::array<std::string_view, 2>{"hinge", "ball"}).empty());
+  CHECK(called_here("spherical", std::array<std::string_view, 1>{"hinge"}).empty());
 }
 
 TEST_CASE("Wrong types are refused") {
@@ -330,21 +349,20 @@ TEST_CASE("All faults are told at once, in the order of the text") {
 "bodies": [{"name": "a", "shape": {"type": "ball", "radius": 1}}],
 "joints": [{"a": "a", "b": "c", "anchor": [0, 0, 0]}],
 "solver": {"type": "fast"}, "output": {"size": [0, 10]}})");
-  CHECK(
-      lines ==
-      Lines{"t.json:1:24: /step: found 2, expected a step above 0, at most 1 s",
-            "t.json:2:39: /materials/0/colour: found \"#12345\", expected a colour: \"#rrggbb\" "
-            "(sRGB) or [r, g, b] (linear)",
-            "t.json:3:44: /bodies/0/shape/type: found \"ball\", expected sphere, capsule, "
-            "box, hull, plane, mesh, height_field, cylinder, cone, ellipsoid or nurbs; nearest is "
-            "\"hull\"",
-            "t.json:4:28: /joints/0/b: found \"c\", expected the name of a body or \"world\"",
-            "t.json:5:20: /solver/type: found \"fast\", expected auto, sweep, shake2, "
-            "procedural, lagrangian, planar or quasistatic",
-            "t.json:5:49: /output/size/0: found 0, expected a whole number of pixels from 16 to "
-            "16384",
-            "t.json:5:52: /output/size/1: found 10, expected a whole number of pixels from 16 to "
-            "16384"});
+  CHECK(lines ==
+        Lines{"t.json:1:24: /step: found 2, expected a step above 0, at most 1 s",
+              "t.json:2:39: /materials/0/colour: found \"#12345\", expected a colour: \"#rrggbb\" "
+              "(sRGB) or [r, g, b] (linear)",
+              "t.json:3:44: /bodies/0/shape/type: found \"ball\", expected sphere, capsule, "
+              "box, hull, plane, mesh, height_field, cylinder, cone, ellipsoid or nurbs; it is "
+              "called \"sphere\" here",
+              "t.json:4:28: /joints/0/b: found \"c\", expected the name of a body or \"world\"",
+              "t.json:5:20: /solver/type: found \"fast\", expected auto, sweep, shake2, "
+              "procedural, lagrangian, planar or quasistatic",
+              "t.json:5:49: /output/size/0: found 0, expected a whole number of pixels from 16 to "
+              "16384",
+              "t.json:5:52: /output/size/1: found 10, expected a whole number of pixels from 16 to "
+              "16384"});
 }
 
 TEST_CASE("Very many faults are counted, not all told") {

@@ -35,7 +35,77 @@ std::string hint_of(std::string_view best) {
   return best.empty() ? "" : "; nearest is \"" + clipped(best) + "\"";
 }
 
+/// Words of other engines and formats, and ours for the same; several rows for a word that has
+/// several meanings, of which the one that fits the place is taken.
+using Translation = std::pair<std::string_view, std::string_view>;
+constexpr Translation kOfJoints[] = {
+    {"weld", "fixed"},        {"rigid", "fixed"},      {"lock", "fixed"},
+    {"revolute", "hinge"},    {"continuous", "hinge"}, {"rotational", "hinge"},
+    {"pin", "hinge"},         {"slider", "prismatic"}, {"slide", "prismatic"},
+    {"linear", "prismatic"},  {"spherical", "ball"},   {"socket", "ball"},
+    {"point2point", "ball"},  {"point", "ball"},       {"cardan", "universal"},
+    {"hooke", "universal"},   {"rope", "cable"},       {"constraints", "joints"},
+    {"constraint", "joints"}, {"parent", "a"},         {"child", "b"},
+    {"body1", "a"},           {"body2", "b"},          {"body_a", "a"},
+    {"body_b", "b"},          {"bodyA", "a"},          {"bodyB", "b"},
+    {"pivot", "anchor"},      {"pos", "position"},     {"damper", "damping"},
+    {"springs", "spring"},    {"springs", "joints"},   {"actuator", "motor"},
+    {"actuators", "motor"},   {"drive", "motor"}};
+constexpr Translation kOfBodies[] = {{"static", "fixed"},
+                                     {"links", "bodies"},
+                                     {"objects", "bodies"},
+                                     {"rigidbodies", "bodies"},
+                                     {"type", "kind"},
+                                     {"kind", "type"},
+                                     {"type", "motion"},
+                                     {"moving", "dynamic"},
+                                     {"animated", "kinematic"},
+                                     {"quat", "rotation"},
+                                     {"orientation", "rotation"},
+                                     {"euler", "rotation_deg"},
+                                     {"rpy", "rotation_deg"},
+                                     {"origin", "position"},
+                                     {"pose", "position"},
+                                     {"translation", "position"},
+                                     {"linear_velocity", "velocity"},
+                                     {"angularVelocity", "angular_velocity"},
+                                     {"spin", "angular_velocity"},
+                                     {"collision", "shape"},
+                                     {"geometry", "shape"},
+                                     {"geom", "shape"},
+                                     {"geoms", "shapes"},
+                                     {"collider", "shape"},
+                                     {"colliders", "shapes"},
+                                     {"rgba", "colour"},
+                                     {"color", "colour"},
+                                     {"bounciness", "restitution"},
+                                     {"elasticity", "restitution"},
+                                     {"cuboid", "box"},
+                                     {"cube", "box"},
+                                     {"halfspace", "plane"},
+                                     {"convex", "hull"},
+                                     {"ball", "sphere"},
+                                     {"trimesh", "mesh"},
+                                     {"heightfield", "height_field"},
+                                     {"hfield", "height_field"}};
+constexpr Translation kOfScenes[] = {
+    {"tendons", "cables"},    {"tendon", "cables"}, {"ropes", "cables"}, {"forces", "events"},
+    {"force", "events"},      {"timestep", "step"}, {"dt", "step"},      {"time_step", "step"},
+    {"end_time", "duration"}, {"time", "duration"}, {"name", "title"},   {"includes", "prefabs"},
+    {"models", "prefabs"}};
+
 }  // namespace
+
+std::string_view called_here(std::string_view word, std::span<const std::string_view> candidates) {
+  for (const std::span<const Translation> words :
+       {std::span<const Translation>(kOfJoints), std::span<const Translation>(kOfBodies),
+        std::span<const Translation>(kOfScenes)})
+    for (const auto& [elsewhere, here] : words)
+      if (word == elsewhere &&
+          std::find(candidates.begin(), candidates.end(), here) != candidates.end())
+        return here;
+  return {};
+}
 
 std::string_view Hints::nearest(std::string_view word,
                                 std::span<const std::string_view> candidates) {
@@ -59,6 +129,12 @@ std::string_view Hints::nearest(std::string_view word,
 
 std::string Hints::of(std::string_view word, std::span<const std::string_view> candidates) {
   return hint_of(nearest(word, candidates));
+}
+
+std::string Hints::of_word(std::string_view word, std::span<const std::string_view> candidates) {
+  if (const std::string_view here = called_here(word, candidates); !here.empty())
+    return "; it is called " + quoted_name(here) + " here";
+  return of(word, candidates);
 }
 
 std::string_view nearest(std::string_view word, std::span<const std::string_view> candidates) {

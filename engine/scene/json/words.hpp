@@ -11,6 +11,10 @@ namespace pantin::detail {
 /// first.
 std::string_view nearest(std::string_view word, std::span<const std::string_view> candidates);
 
+/// What a key or word of other engines and formats (MuJoCo, URDF and Gazebo, Bullet, Unity) is
+/// called here, if the candidates have it, or "".
+std::string_view called_here(std::string_view word, std::span<const std::string_view> candidates);
+
 /// "; nearest is "shin"", or "" if no candidate is near.
 std::string hint(std::string_view word, std::span<const std::string_view> candidates);
 
@@ -22,6 +26,9 @@ class Hints {
   /// As above, or "" once the budget is spent.
   std::string_view nearest(std::string_view word, std::span<const std::string_view> candidates);
   std::string of(std::string_view word, std::span<const std::string_view> candidates);
+  /// Of a key or a word of the format: "; it is called "fixed" here" if it is one of another
+  /// engine.
+  std::string of_word(std::string_view word, std::span<const std::string_view> candidates);
 
  private:
   std::size_t left_ = 20'000'000;  // cells of edit distance tables

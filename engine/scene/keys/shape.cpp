@@ -365,7 +365,8 @@ std::optional<std::size_t> read_type(const Reading& reading, NodeId node,
   const std::string_view word = json[type].kind == JsonKind::string ? json[type].text : "";
   const auto it = std::find(names.begin(), names.end(), word);
   if (it != names.end()) return static_cast<std::size_t>(it - names.begin());
-  reading.diagnostics.error_value(type, listed(names) + reading.diagnostics.hints.of(word, names));
+  reading.diagnostics.error_value(type,
+                                  listed(names) + reading.diagnostics.hints.of_word(word, names));
   return std::nullopt;
 }
 

@@ -97,11 +97,11 @@ void Reader::check_needs() const {
 void Reader::refuse_unknown(NodeId child) const {
   std::vector<std::string_view> names;
   for (const Key& k : set_.keys) names.push_back(k.name);
-  const std::string_view key = json[child].key, near = diagnostics.hints.nearest(key, names);
-  diagnostics.error_at_key(
-      child,
-      "found key \"" + clipped(key) + "\", expected a key of a " + std::string(set_.what) +
-          (near.empty() ? ": " + listed(names) : "; nearest is \"" + std::string(near) + "\""));
+  const std::string_view key = json[child].key;
+  const std::string near = diagnostics.hints.of_word(key, names);
+  diagnostics.error_at_key(child, "found key \"" + clipped(key) + "\", expected a key of a " +
+                                      std::string(set_.what) +
+                                      (near.empty() ? ": " + listed(names) : near));
 }
 
 void Reader::warn_of_old(NodeId child, std::string_view today) const {
@@ -279,7 +279,8 @@ std::size_t Reader::word(std::string_view key, std::size_t otherwise,
       return place;
     }
   }
-  diagnostics.error_value(value, listed(words) + diagnostics.hints.of(json[value].text, words));
+  diagnostics.error_value(value,
+                          listed(words) + diagnostics.hints.of_word(json[value].text, words));
   return otherwise;
 }
 
