@@ -43,6 +43,14 @@ class Film(unittest.TestCase):
         self.assertEqual(os.listdir(self.folder), [])
 
     @unittest.skipUnless(can_draw(), "nothing can be drawn here")
+    def test_a_strip_is_no_wider_than_a_mail_shows(self):
+        for options, wanted in (((), (1600, 450)), (("--size", "320x180"), (1280, 360))):
+            path = self.folder / "strip.png"
+            run("--duration", 0.1, "--strip", path, "--strip-columns", 4, "--strip-rows", 2, *options)
+            head = path.read_bytes()[16:24]
+            self.assertEqual((int.from_bytes(head[:4], "big"), int.from_bytes(head[4:], "big")), wanted)
+
+    @unittest.skipUnless(can_draw(), "nothing can be drawn here")
     def test_without_ffmpeg_it_is_told_before_the_run(self):
         done = run("--gif", self.gif, "--duration", 40, env={**os.environ, "PATH": str(self.folder)})
         self.assertEqual((done.returncode, done.stdout), (4, ""))

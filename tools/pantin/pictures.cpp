@@ -38,7 +38,8 @@ std::string PictureChoices::idle_option() const {
 #ifdef PANTIN_HAS_RENDER
 namespace {
 
-constexpr double kMostGifRate = 50;  // pictures per second; players show faster GIFs slowly
+constexpr double kStripWidth = 1600;  // pixels, of a whole strip without --size
+constexpr double kMostGifRate = 50;   // pictures per second; players show faster GIFs slowly
 
 GlPath gl_path(const std::string& name) {
   if (name == "surfaceless") return GlPath::surfaceless;
@@ -179,6 +180,11 @@ std::variant<std::unique_ptr<Pictures>, PictureFailure> Pictures::open(
         {Error{fmt::format("--size: found \"{}\", expected WIDTHxHEIGHT, each from 16 to 8192",
                            choices.size)}},
         kUsage};
+  if (choices.size.empty() && !choices.captured() && !choices.strip.empty()) {
+    const double part = kStripWidth / (static_cast<double>(choices.strip_columns) * width);
+    if (part < 1) width = static_cast<int>(width * part), height = static_cast<int>(height * part);
+    width = std::max(width, 16), height = std::max(height, 16);
+  }
   const double fps = choices.fps > 0 ? choices.fps : scene.output.fps;
   // Frames 0, 1, ... at k / fps, without the end of the run: one second at 25 fps has 25.
   const auto frames = std::max<std::uint64_t>(

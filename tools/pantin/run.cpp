@@ -468,7 +468,10 @@ void add_run(CommandLine& program) {
               "at most 25 frames per second")
       .ends_in({".gif"})
       .type(kFileType);
-  command.option("--strip", c->pictures.strip, "one PNG with frames of the run side by side")
+  command
+      .option(
+          "--strip", c->pictures.strip,
+          "one PNG with frames of the run side by side; without --size 1600 pixels wide at most")
       .type(kFileType);
   command.option("--strip-columns", c->pictures.strip_columns, "pictures in a row of the strip")
       .within(1, 20);
