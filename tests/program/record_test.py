@@ -100,6 +100,27 @@ class Record(unittest.TestCase):
                     self.assertEqual(len(done.stderr.splitlines()), 1)
                     self.assertFalse(path.exists())
 
+    def test_values_that_are_set_are_those_of_the_file(self):
+        heavy = json.loads(json.dumps(PENDULUM))
+        heavy["bodies"][0]["mass"], heavy["bodies"][0]["position"] = 4, [0, 1, 0.5]
+        heavy["solver"]["integrator"] = "rattle"
+        heavy["gravity"] = [1, -9, 0]
+        sets = ("--set", "bodies/bob/mass=4", "--set", "/bodies/0/position=[0, 1, 0.5]",
+                "--set", "solver/integrator=rattle", "--set", "gravity=[1, -9, 0]")
+        self.assertEqual(self.record(PENDULUM, *sets), self.record(heavy))
+        self.assertNotEqual(self.record(PENDULUM), self.record(heavy))
+
+    def test_values_that_cannot_be_set_are_refused_in_one_line(self):
+        text = json.dumps(PENDULUM)
+        for setting, told in (("bodies/bob/mass", "expected POINTER=VALUE"),
+                              ("bodies/bop/mass=2", 'found no "bop" in /bodies'),
+                              ("bodies/bob/mass=heavy", "mass"), ("bodies/bob/mas=2", '"mas"'),
+                              ("bodies/bob/mass=-1", "mass")):
+            done = pantin("run", "-", "--set", setting, stdin=text)
+            self.assertEqual(done.returncode, 2, setting)
+            self.assertIn(told, done.stderr)
+            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+
 
 if __name__ == "__main__":
     unittest.main()

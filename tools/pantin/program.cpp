@@ -16,9 +16,11 @@
 #include "engine/base/atomic_file.hpp"
 #include "engine/base/utf8.hpp"
 #include "engine/scene/build/joint_place.hpp"
+#include "engine/scene/json/text_file.hpp"
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
+#include "tools/pantin/scene_number.hpp"
 
 namespace pantin::program {
 
@@ -144,8 +146,25 @@ std::string words_of_inconsistency(const World& world, const StepReport& report)
                      name, report.worst_residual);
 }
 
+namespace {
+
+/// The scene of a file with the values of --set.
+Result<Scene> load_with(const std::string& path, const SceneChoices& choices) {
+  if (choices.set.empty()) return load_scene(path, {}, solver_choices(choices));
+  Result<std::string> text = read_text(path, SceneLimits{}.bytes, "a scene file");
+  if (!text) return text.errors();
+  for (const std::string& setting : choices.set) {
+    Result<std::string> changed = with_setting(*text, setting);
+    if (!changed) return Error{path + ": " + changed.errors().front().message};
+    text = std::move(changed);
+  }
+  return parse_scene(*text, path, {}, solver_choices(choices));
+}
+
+}  // namespace
+
 Result<Scene> read_scene(const std::string& path, const SceneChoices& choices) {
-  Result<Scene> loaded = load_scene(path, {}, solver_choices(choices));
+  Result<Scene> loaded = load_with(path, choices);
   if (!loaded) return loaded;
   Scene& scene = *loaded;
   if (choices.step) scene.step = *choices.step;

@@ -47,6 +47,7 @@ struct SceneChoices {
   std::optional<double> tolerance;       // of a step
   std::optional<int> substeps;
   std::optional<double> budget_ms;
+  std::vector<std::string> set;  // POINTER=VALUE, applied to the file in this order
 };
 /// The words of the solvers that a whole scene may be given.
 std::vector<std::string> solver_words();
@@ -56,7 +57,7 @@ Jacobians jacobians_named(const std::string& word);
 /// Why --jacobians has no effect, or an empty string.
 std::string idle_jacobians(const World& world);
 /// --solver, --integrator, --tolerance, --stabilisation, --jacobians, --step, --substeps,
-/// --budget, --duration, with their bounds.
+/// --budget, --duration, --set, with their bounds.
 void add_scene_choices(const Subcommand& command, SceneChoices& choices);
 /// The settings of a scene's steps.
 inline StepSettings settings_of(const Scene& scene, int threads) {

@@ -12,6 +12,7 @@ const char* const kRunFooter = R"(Examples:
   pantin run assets/scenes/chain.json --record - --columns '*.x,*.y' --duration 1
   pantin run assets/scenes/chain10.json --solver lagrangian --integrator rattle
   pantin run assets/scenes/chain10.json --solver lagrangian --tolerance 1e-8
+  pantin run assets/scenes/wrecking_ball.json --set 'gravity=[0, -1.6, 0]'
   pantin run assets/scenes/marionette.json --save out/marionette.world
   pantin run assets/scenes/marionette.json --load out/marionette.world --strip out/later.png
 

@@ -68,6 +68,9 @@ void add_scene_choices(const Subcommand& command, SceneChoices& choices) {
               "way, with fewer substeps; the result depends on the machine")
       .between(0.0, 1e6);
   command.option("--duration", choices.duration, "simulated seconds").between(1e-6, 1e6);
+  command.option("--set", choices.set,
+                 "POINTER=VALUE: a value of the file, as in --set bodies/ball/mass=2; may be given "
+                 "several times");
 }
 
 void add_threads(const Subcommand& command, int& threads) {

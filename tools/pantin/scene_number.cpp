@@ -52,8 +52,11 @@ std::string escaped(const std::string& text) {
 
 }  // namespace
 
-Result<std::string> with_number(std::string_view text, std::string_view pointer, double number) {
-  const std::string words = number_text(number);
+namespace {
+
+/// The text of a scene with a value at a pointer; `is_number`: only a number is replaced.
+Result<std::string> with_text(std::string_view text, std::string_view pointer,
+                              std::string_view words, bool is_number) {
   if (pointer.empty() || pointer.front() != '/')
     return Error{fmt::format("found \"{}\", expected a JSON pointer such as /bodies/0/mass",
                              printable(pointer))};
@@ -84,11 +87,34 @@ Result<std::string> with_number(std::string_view text, std::string_view pointer,
           kind == JsonKind::array ? "a place or a name in that list" : "an object or a list")};
     at = next;
   }
-  if (json[at].kind != JsonKind::number)
+  if (is_number && json[at].kind != JsonKind::number)
     return Error{fmt::format("found no number at {}, expected one", printable(pointer))};
   std::string whole(text);
   whole.replace(json[at].offset, end_of_member(json, at) - json[at].offset, words);
   return whole;
+}
+
+}  // namespace
+
+Result<std::string> with_number(std::string_view text, std::string_view pointer, double number) {
+  return with_text(text, pointer, number_text(number), true);
+}
+
+Result<std::string> with_setting(std::string_view text, std::string_view setting) {
+  const std::size_t equals = setting.find('=');
+  if (equals == std::string_view::npos || equals == 0)
+    return Error{fmt::format("--set: found \"{}\", expected POINTER=VALUE, such as bodies/0/mass=2",
+                             printable(setting))};
+  std::string pointer(setting.substr(0, equals)), value(setting.substr(equals + 1));
+  if (pointer.front() != '/') pointer.insert(0, "/");
+  JsonLimits limits;
+  limits.style = JsonStyle::json5;
+  if (const JsonDocument json = parse_json(value, limits);
+      json.nodes.empty() || !json.faults.empty())
+    value = fmt::format("\"{}\"", escaped(value));  // a word
+  Result<std::string> set = with_text(text, pointer, value, false);
+  if (set) return set;
+  return Error{"--set: " + set.errors().front().message};
 }
 
 }  // namespace pantin::program

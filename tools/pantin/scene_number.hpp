@@ -12,4 +12,8 @@ namespace pantin::program {
 /// which part of the pointer does not exist.
 Result<std::string> with_number(std::string_view text, std::string_view pointer, double number);
 
+/// The same with "POINTER=VALUE": any JSON value; a bare word is a string. The pointer needs no
+/// leading slash.
+Result<std::string> with_setting(std::string_view text, std::string_view setting);
+
 }  // namespace pantin::program
