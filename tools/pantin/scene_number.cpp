@@ -54,9 +54,12 @@ std::string escaped(const std::string& text) {
 
 namespace {
 
-/// The text of a scene with a value at a pointer; `is_number`: only a number is replaced.
+/// What a value may take the place of.
+enum class Replaces : std::uint8_t { numbers, anything };
+
+/// The text of a scene with a value at a pointer.
 Result<std::string> with_text(std::string_view text, std::string_view pointer,
-                              std::string_view words, bool is_number) {
+                              std::string_view words, Replaces what) {
   if (pointer.empty() || pointer.front() != '/')
     return Error{fmt::format("found \"{}\", expected a JSON pointer such as /bodies/0/mass",
                              printable(pointer))};
@@ -87,7 +90,7 @@ Result<std::string> with_text(std::string_view text, std::string_view pointer,
           kind == JsonKind::array ? "a place or a name in that list" : "an object or a list")};
     at = next;
   }
-  if (is_number && json[at].kind != JsonKind::number)
+  if (what == Replaces::numbers && json[at].kind != JsonKind::number)
     return Error{fmt::format("found no number at {}, expected one", printable(pointer))};
   std::string whole(text);
   whole.replace(json[at].offset, end_of_member(json, at) - json[at].offset, words);
@@ -97,7 +100,7 @@ Result<std::string> with_text(std::string_view text, std::string_view pointer,
 }  // namespace
 
 Result<std::string> with_number(std::string_view text, std::string_view pointer, double number) {
-  return with_text(text, pointer, number_text(number), true);
+  return with_text(text, pointer, number_text(number), Replaces::numbers);
 }
 
 Result<std::string> with_setting(std::string_view text, std::string_view setting) {
@@ -112,7 +115,7 @@ Result<std::string> with_setting(std::string_view text, std::string_view setting
   if (const JsonDocument json = parse_json(value, limits);
       json.nodes.empty() || !json.faults.empty())
     value = fmt::format("\"{}\"", escaped(value));  // a word
-  Result<std::string> set = with_text(text, pointer, value, false);
+  Result<std::string> set = with_text(text, pointer, value, Replaces::anything);
   if (set) return set;
   return Error{"--set: " + set.errors().front().message};
 }
