@@ -1,10 +1,12 @@
 // Lists the bodies that collide: those that solvers move, and their obstacles. Bodies at rest stay
 // in a tree from step to step, so that sleeping bodies cost next to nothing.
 #include <algorithm>
+#include <utility>
 
 #include "engine/base/invariants.hpp"
 #include "engine/contact/detect.hpp"
 #include "engine/contact/memory.hpp"
+#include "engine/contact/resting.hpp"
 #include "engine/geometry/kinds.hpp"
 #include "engine/geometry/usable.hpp"
 
@@ -18,8 +20,12 @@ constexpr Real kFarthest = 1e12;
 
 /// Changes whenever the tree of resting bodies has to be rebuilt.
 std::uint64_t versions_of(const World& world) {
-  return 1 + world.edit_count + world.bodies.removed() + world.shapes.removed() +
-         world.shapes.replaced() + world.collisions.removed() + world.collisions.replaced();
+  return 1 + world.edit_count + world.shapes.replaced() + world.collisions.replaced();
+}
+
+/// How many values were ever added to a store.
+std::uint64_t additions(const auto& store) {
+  return store.version() - store.removed() - store.replaced();
 }
 
 bool is_same(const Pose& a, const Pose& b) {
@@ -55,7 +61,7 @@ void list_resting(const Finder& s, RestingColliders& r) {
   r.known.assign(bodies, 0), r.poses.resize(bodies);
   r.obstacles.clear();
   r.built_for = versions_of(s.world), r.count = r.lost = 0;
-  r.collisions = s.world.collisions.size(), r.shapes = s.world.shapes.size();
+  r.collisions = additions(s.world.collisions), r.shapes = additions(s.world.shapes);
   for (std::uint32_t slot = 0; slot < bodies; ++slot) {
     if (!s.rests(slot)) continue;
     const Collision* collision = nullptr;
@@ -72,9 +78,11 @@ void list_resting(const Finder& s, RestingColliders& r) {
 /// Removes bodies from the known ones that were added, got shapes or became solid since.
 void note_added(const World& world, RestingColliders& r) {
   r.known.resize(world.bodies.size(), 0), r.poses.resize(world.bodies.size());
-  const auto forget = [&](const auto& store, std::size_t& listed) {
-    for (; listed < store.size(); ++listed) {
-      const std::uint32_t slot = world.bodies.slot(store.owners()[listed]);
+  const auto forget = [&](const auto& store, std::uint64_t& listed) {
+    const std::uint64_t now = additions(store), added = now - std::exchange(listed, now);
+    for (std::size_t i = store.size() - std::min<std::uint64_t>(added, store.size());
+         i < store.size(); ++i) {
+      const std::uint32_t slot = world.bodies.slot(store.owners()[i]);
       if (slot == kNoSlot || !r.known[slot]) continue;
       r.known[slot] = 0, ++r.lost;
     }
@@ -149,6 +157,21 @@ bool Finder::rests(std::uint32_t slot) const {
   if (reach[slot] > 0) return false;
   const Body& b = world.bodies.values()[slot];
   return !owner_of(partition, slot) && !moves(b) && !b.restart && !b.teleport;
+}
+
+void renumber_resting(const World& world, RestingColliders& r) {
+  std::vector<std::uint8_t> known(world.bodies.size(), 0);
+  std::vector<Pose> poses(world.bodies.size());
+  for (std::uint32_t then = 0; then < r.known.size(); ++then) {
+    const std::uint32_t slot = world.bodies.slot_now(then);
+    if (slot != kNoSlot)
+      known[slot] = r.known[then], poses[slot] = r.poses[then];
+    else
+      r.lost += r.known[then];
+  }
+  r.known = std::move(known), r.poses = std::move(poses);
+  for (auto* shapes : {&r.obstacles.shapes, &r.obstacles.unbounded})
+    for (ColliderShape& at : *shapes) at.slot = world.bodies.slot_now(at.slot);
 }
 
 void list_colliders(const Finder& s, Search& search) {

@@ -53,6 +53,14 @@ void AabbTree::split(std::uint32_t node, std::uint32_t first, std::uint32_t coun
   split(child + 1, first + count / 2, count - count / 2, boxes);
 }
 
+std::span<const std::uint32_t> AabbTree::items_below(std::uint32_t node) const {
+  std::uint32_t low = node, high = node;
+  while (nodes_[low].count == 0) low = nodes_[low].first;
+  while (nodes_[high].count == 0) high = nodes_[high].first + 1;
+  const std::uint32_t first = nodes_[low].first;
+  return {items_.data() + first, nodes_[high].first + nodes_[high].count - first};
+}
+
 void AabbTree::refit(std::span<const Aabb> boxes) {
   PANTIN_ASSERT(boxes.size() == items_.size());
   for ([[maybe_unused]] const Aabb& box : boxes) PANTIN_ASSERT(is_range(box.low, box.high));

@@ -60,6 +60,9 @@ class AabbTree {
   /// Growth of the total branch area since the tree was built; 1 for none.
   Real looseness() const { return sorted_area_ > 0 ? area_ / sorted_area_ : 1; }
   std::size_t size() const { return items_.size(); }
+  std::size_t node_count() const { return nodes_.size(); }
+  /// The indices of the boxes below a node.
+  std::span<const std::uint32_t> items_below(std::uint32_t node) const;
 
   /// Calls `found(index)` for every box that overlaps `box`.
   template <class Found>
@@ -84,12 +87,18 @@ class AabbTree {
   /// boxes nearer than the best so far are visited. Returns the least, at most `best`.
   template <class Distance>
   Real nearest(Vec3 p, Real best, Distance&& distance) const {
+    return nearest(p, best, distance, [](std::uint32_t) { return true; });
+  }
+  /// The same among the nodes for which `may(node)` holds: see `items_below`.
+  template <class Distance, class May>
+  Real nearest(Vec3 p, Real best, Distance&& distance, May&& may) const {
     if (nodes_.empty()) return best;
     std::uint32_t stack[kDeepest], depth = 0;
     stack[depth++] = 0;
     while (depth > 0) {
-      const Node& node = nodes_[stack[--depth]];
-      if (distance_squared(node.box, p) > best) continue;
+      const std::uint32_t at = stack[--depth];
+      const Node& node = nodes_[at];
+      if (distance_squared(node.box, p) > best || !may(at)) continue;
       if (node.count > 0) {
         for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
           if (distance_squared(boxes_[i], p) <= best) best = std::min(best, distance(items_[i]));

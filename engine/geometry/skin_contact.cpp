@@ -203,6 +203,7 @@ struct PointTest {
 
 void add_place(const SkinQuery& k, const Depth& depth, const nurbs::WalkEnd& end,
                const PointTest& as) {
+  if (!k.skin.skin->holds(end.at)) return;
   const SurfacePoint near = depth.at(end.jet.s);
   if (near.distance > k.out.margin) return;
   const Vec3 own = nurbs::normal_at(k.skin.skin->face(end.at.face), end.at.u, end.at.v);

@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "engine/nurbs/tessellate.hpp"
+#include "engine/nurbs/trim.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -17,6 +18,9 @@ constexpr Real kStraight = 1e-10;  // of the skin's size
 constexpr Real kOn = -0.999;       // cosine between directions where an edge continues
 constexpr int kMostParts = 32;     // of a polynomial piece
 constexpr int kAround = 8;         // directions sampled at a pole
+constexpr int kLooks = 64;         // along a line, for where a trim cuts it off
+constexpr int kBisections = 48;
+constexpr Real kBeside = 1e-6;  // of the domain: from a loop to the side that it keeps
 
 using nurbs::Along;
 using nurbs::Face;
@@ -26,6 +30,7 @@ enum class Fold { convex, hollow, smooth };
 enum class Side { here, beyond };  // of a knot
 
 bool is_of_u(const EdgeLine& line) { return line.stays == Along::u; }
+bool is_loop(const EdgeLine& line) { return line.loop >= 0; }
 Along other_of(Along way) { return way == Along::u ? Along::v : Along::u; }
 
 /// A line of constant parameter on a face, and its neighbour across: another face, the same face
@@ -45,6 +50,17 @@ struct Station {
 
 const nurbs::Knots& knots_of(const Face& face, Along way) {
   return way == Along::u ? face.u() : face.v();
+}
+
+/// A place of a loop, and the derivatives of its parameters. By the part in the middle of the line:
+/// at its ends one-sided.
+nurbs::CurveDerivatives on_loop(const Face& face, const EdgeLine& line, Real s) {
+  const nurbs::Trim& trim = *face.trim();
+  nurbs::OnTrim at = trim.on(static_cast<std::size_t>(line.loop), line.along.middle());
+  at.t = s;
+  nurbs::CurveDerivatives c = trim.at(at);
+  c[0] = {face.u().domain().clamped(c[0].x), face.v().domain().clamped(c[0].y), 0};
+  return c;
 }
 
 std::array<Real, 2> place_at(const EdgeLine& line, Real s) {
@@ -74,6 +90,8 @@ class Finder {
   void add_face(int face);
   void add_creases(int face, Along stays);
   void add_line(const Line& line);
+  void add_kept_parts(const Line& line, const nurbs::Range& span);
+  void add_loops(int face);
   void add_pole(const Line& line);
   void add_parts(const Line& line, const nurbs::Range& span);
   void add_part(const Line& line, const Station& from, const Station& to);
@@ -86,6 +104,7 @@ class Finder {
   bool is_counted_across(const Line& line) const;
   Jet jet(const Line& line, Real s, Side side) const;
   Station station(const Line& line, Real s) const;
+  Station loop_station(const Line& line, Real s) const;
 
   const Skin& skin_;
   SkinFeatures made_;
@@ -96,6 +115,10 @@ class Finder {
 /// Evaluates the face on its own side of the line's knot, or beyond the knot.
 Jet Finder::jet(const Line& line, Real s, Side side) const {
   const Face& face = skin_.face(line.on.face);
+  if (is_loop(line.on)) {
+    const Vec3 on = on_loop(face, line.on, s)[0];
+    return face.at(on.x, on.y);
+  }
   const nurbs::Knots& own = knots_of(face, line.on.stays);
   auto at = place_at(line.on, s);
   Face::Piece piece = face.piece_at(at[0], at[1]);
@@ -110,7 +133,25 @@ Jet Finder::jet(const Line& line, Real s, Side side) const {
   return face.at(piece, at[0], at[1]);
 }
 
+/// A point of a loop is one of a rim: the face is on the side that the trim keeps.
+Station Finder::loop_station(const Line& line, Real s) const {
+  const Face& face = skin_.face(line.on.face);
+  const nurbs::CurveDerivatives c = on_loop(face, line.on, s);
+  const Jet here = face.at(c[0].x, c[0].y);
+  Station found;
+  found.point = here.s, found.is_rim = true;
+  found.tangent = unit(c[1].x * here.u + c[1].y * here.v);
+  found.normals[0] = found.normals[1] = nurbs::normal_at(face, c[0].x, c[0].y);
+  const Real wide = face.u().domain().width(), high = face.v().domain().width();
+  const Vec3 left = kBeside * unit({-c[1].y / high, c[1].x / wide, 0});
+  const bool is_left = face.holds(c[0].x + left.x * wide, c[0].y + left.y * high);
+  found.into[0] = (is_left ? 1.0 : -1.0) * glm::cross(found.normals[0], found.tangent);
+  found.into[1] = found.into[0];
+  return found;
+}
+
 Station Finder::station(const Line& line, Real s) const {
+  if (is_loop(line.on)) return loop_station(line, s);
   const Face& face = skin_.face(line.on.face);
   const auto at = place_at(line.on, s);
   const Jet here = jet(line, s, Side::here);
@@ -170,12 +211,27 @@ void Finder::add_face(int face) {
     if (own.is_periodic) continue;
     for (const bool is_low : {true, false}) {
       const Line line{{face, stays, is_low ? own.low() : own.high(), other}, is_low, false};
+      const auto middle = place_at(line.on, other.middle());
+      if (is_pole(line) && !f.holds(middle[0], middle[1])) continue;
       if (is_pole(line))
         add_pole(line);
       else if (!is_counted_across(line))
         add_line(line);
     }
   }
+  if (f.trim()) add_loops(face);
+}
+
+/// The parts of all loops, except along the ends of the domain, which are lines.
+void Finder::add_loops(int face) {
+  const nurbs::Trim& trim = *skin_.face(face).trim();
+  for (std::size_t k = 0; k < trim.loops().size(); ++k)
+    for (const auto& leaf : trim.loops()[k].leaves()) {
+      const Vec3 at = nurbs::evaluate(trim.loops()[k].curve(), leaf.t.middle(), 0)[0];
+      const Real inside = std::min({at.x, 1 - at.x, at.y, 1 - at.y});
+      if (inside > kBeside)
+        add_parts({{face, Along::u, 0, leaf.t, static_cast<int>(k)}, false, false}, leaf.t);
+    }
 }
 
 void Finder::add_creases(int face, Along stays) {
@@ -212,7 +268,37 @@ void Finder::add_pole(const Line& line) {
 void Finder::add_line(const Line& line) {
   const nurbs::Knots& free = knots_of(skin_.face(line.on.face), other_of(line.on.stays));
   const std::vector<Real> breaks = free.breaks();
-  for (std::size_t i = 0; i + 1 < breaks.size(); ++i) add_parts(line, {breaks[i], breaks[i + 1]});
+  for (std::size_t i = 0; i + 1 < breaks.size(); ++i)
+    add_kept_parts(line, {breaks[i], breaks[i + 1]});
+}
+
+/// Without what a trim cuts off.
+void Finder::add_kept_parts(const Line& line, const nurbs::Range& span) {
+  const Face& face = skin_.face(line.on.face);
+  if (!face.trim()) return add_parts(line, span);
+  const auto is_kept = [&](Real s) {
+    const auto at = place_at(line.on, s);
+    return face.holds(at[0], at[1]);
+  };
+  const auto change = [&](Real from, Real to) {
+    const bool was = is_kept(from);
+    for (int round = 0; round < kBisections; ++round) {
+      const Real middle = (from + to) / 2;
+      (is_kept(middle) == was ? from : to) = middle;
+    }
+    return (from + to) / 2;
+  };
+  Real begin = span.low;
+  for (int i = 0; i < kLooks; ++i) {
+    const Real from = span.low + span.width() * i / kLooks;
+    const Real to = i + 1 < kLooks ? span.low + span.width() * (i + 1) / kLooks : span.high;
+    if (is_kept(from) != is_kept(to)) {
+      const Real at = change(from, to);
+      if (is_kept(from)) add_parts(line, {begin, at});
+      begin = at;
+    }
+    if (i + 1 == kLooks && is_kept(to)) add_parts(line, {begin, to});
+  }
 }
 
 void Finder::add_parts(const Line& line, const nurbs::Range& span) {
@@ -362,8 +448,14 @@ SkinFeatures features_of(const Skin& skin) { return Finder(skin).run(); }
 EdgePoint point_of(const Skin& skin, const EdgePart& edge, Real share) {
   if (edge.is_straight) return {glm::mix(edge.from, edge.to, share), edge.to - edge.from};
   const Real s = edge.line.along.low + share * edge.line.along.width();
+  const Face& face = skin.face(edge.line.face);
+  if (is_loop(edge.line)) {
+    const nurbs::CurveDerivatives c = on_loop(face, edge.line, s);
+    const Jet j = face.at(c[0].x, c[0].y);
+    return {j.s, edge.line.along.width() * (c[1].x * j.u + c[1].y * j.v)};
+  }
   const auto at = place_at(edge.line, s);
-  const Jet j = skin.face(edge.line.face).at(at[0], at[1]);
+  const Jet j = face.at(at[0], at[1]);
   return {j.s, edge.line.along.width() * (is_of_u(edge.line) ? j.v : j.u)};
 }
 

@@ -30,12 +30,13 @@ struct Foot {
   Real gap;            // m, below 0 behind it
 };
 
-/// A line of a skin's face on which one parameter is constant.
+/// A line of a skin's face on which one parameter is constant, or part of a loop that trims it.
 struct EdgeLine {
   int face = -1;
   nurbs::Along stays = nurbs::Along::u;
   Real fixed = 0;
-  nurbs::Range along;  // of the other parameter
+  nurbs::Range along;  // of the other parameter, or of the loop's
+  int loop = -1;       // which loop; below 0: a line
 };
 
 /// Part of a convex edge with little curvature: the outward normals of both faces, and the

@@ -150,6 +150,21 @@ void find_flats(const Skin& skin, SkinModel& m) {
     m.seed_is_round.push_back(plane_at({&m.seed_points[i], 1}, m.seeds[i].face) ? 0 : 1);
 }
 
+void find_cones(SkinModel& m) {
+  for (std::uint32_t node = 0; node < m.tree.node_count(); ++node) {
+    NormalCone cone;
+    for (const std::uint32_t i : m.tree.items_below(node)) cone.axis += m.normals[i];
+    const Real length = glm::length(cone.axis);
+    cone.axis = length > 0 ? cone.axis / length : Vec3(0);
+    Real least = 1;
+    for (const std::uint32_t i : m.tree.items_below(node))
+      least = std::min(least, glm::dot(cone.axis, m.normals[i]));
+    if (length > 0)
+      cone.cosine = least, cone.sine = std::sqrt(std::max(1 - least * least, Real(0)));
+    m.cones.push_back(cone);
+  }
+}
+
 void scatter_seeds(const Skin& skin, SkinModel& m) {
   const nurbs::Tessellation coarse = nurbs::tessellate(skin, kCoarse * m.size);
   m.seed_points = coarse.points, m.seed_normals = coarse.normals, m.seeds = coarse.places;
@@ -222,6 +237,7 @@ SkinModel model_of(const Skin& skin) {
   build_tree(m);
   scatter_seeds(skin, m);
   find_flats(skin, m);
+  find_cones(m);
   m.features = features_of(skin);
   m.is_closed = nurbs::is_closed(skin);
   if (!m.is_closed) return m;

@@ -1,5 +1,7 @@
 #pragma once
 /// Data that a NURBS skin needs to be a shape: triangles, enclosed mass, convexity.
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -12,10 +14,23 @@
 
 namespace pantin::detail {
 
+/// Directions within an angle of an axis.
+struct NormalCone {
+  Vec3 axis{0};
+  Real cosine = -1, sine = 0;  // of that angle
+
+  /// The least cosine between a unit vector and a direction of the cone.
+  Real least_cosine(Vec3 n) const {
+    const Real c = glm::dot(axis, n);
+    return c <= -cosine ? Real(-1) : c * cosine - std::sqrt(std::max(1 - c * c, Real(0))) * sine;
+  }
+};
+
 /// Derived from the skin; immutable.
 struct SkinModel {
   nurbs::Tessellation tiles;
-  AabbTree tree;  // over its triangles, each box grown by the chord
+  AabbTree tree;                  // over its triangles, each box grown by the chord
+  std::vector<NormalCone> cones;  // by node of the tree: the normals of its triangles
   // By triangle: its normal, exact to rounding on flat pieces of faces, and whether it is on one.
   std::vector<Vec3> normals;
   std::vector<std::uint8_t> flat;

@@ -173,25 +173,24 @@ struct Seeking {
 
 /// The nearest triangle that faces a seed, and the gap.
 std::optional<SkinScratch::Candidate> facing(const Seeking& k, std::uint32_t seed) {
+  constexpr Real kRounding = 1e-9;
   const SkinModel &m = *k.from.model, &other = *k.to.model;
   const Real far = k.margin + kNear * m.size;
   const Vec3 p = to_world(k.at, m.seed_points[seed]), n = k.at.rotation * m.seed_normals[seed];
-  const auto faces = [&](std::uint32_t i) { return glm::dot(other.normals[i], n) <= kFacing; };
-  const auto nearest = nearest_tile_of(other, p, far);
-  if (!nearest) return std::nullopt;
-  std::uint32_t tile = *nearest;
-  if (!faces(tile)) {
-    Real best = far * far;
-    other.tree.nearest(p, best, [&](std::uint32_t i) {
-      if (!faces(i)) return Real(1e300);
-      const Vec3 way = way_from(other, i, p);
-      if (glm::dot(way, way) < best) best = glm::dot(way, way), tile = i;
-      return best;
-    });
-    if (!faces(tile)) return std::nullopt;
-  }
-  return SkinScratch::Candidate{glm::dot(other.normals[tile], way_from(other, tile, p)), seed,
-                                tile};
+  std::optional<std::uint32_t> tile;
+  Real best = far * far;
+  other.tree.nearest(
+      p, best,
+      [&](std::uint32_t i) {
+        if (glm::dot(other.normals[i], n) > kFacing) return Real(1e300);
+        const Vec3 way = way_from(other, i, p);
+        if (glm::dot(way, way) < best) best = glm::dot(way, way), tile = i;
+        return best;
+      },
+      [&](std::uint32_t node) { return other.cones[node].least_cosine(n) <= kFacing + kRounding; });
+  if (!tile) return std::nullopt;
+  return SkinScratch::Candidate{glm::dot(other.normals[*tile], way_from(other, *tile, p)), seed,
+                                *tile};
 }
 
 /// Lists the seeds on round faces that are near and face the other's faces, deepest first.

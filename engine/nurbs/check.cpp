@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "engine/nurbs/bounds.hpp"
+#include "engine/nurbs/plane_curves.hpp"
 
 namespace pantin::detail::nurbs {
 namespace {
@@ -13,6 +14,9 @@ constexpr Real kJump = 1e-9;          // relative; smaller jumps are rounding
 constexpr Real kNoNormal = 1e-9;      // of size^2
 constexpr Real kLeastSpan = 1e-12;    // between knots, of their domain; and of that itself
 constexpr Real kLeastShare = 1e-15;   // likewise, of the knots
+constexpr Real kLoopGap = 1e-6;       // of the domain: trims that are open, or leave it
+constexpr Real kLeastLoop = 1e-10;    // of the domain's area
+constexpr int kLoopLooks = 16;        // at a piece of a trim
 constexpr Real kLeastWeight = 1e-12;  // of the largest: smaller ones are lost to rounding
 
 std::string text_of(Real x) {
@@ -149,6 +153,55 @@ Real seam_gap(const Surface& s, Along way) {
 
 }  // namespace
 
+namespace {
+
+/// A loop that trims a surface is a closed curve without crossings, within the domain.
+void look_at_loop(const Surface& surface, std::size_t number, Complaints& to) {
+  const std::string name = to.place + ", trim " + std::to_string(number);
+  const Curve& loop = surface.trims[number];
+  const std::vector<Error> errors = errors_of(loop, name);
+  to.errors.insert(to.errors.end(), errors.begin(), errors.end());
+  if (!errors.empty()) return;
+  Complaints own{name};
+  const Range u = surface.u.domain(), v = surface.v.domain();
+  const auto fraction = [&](Real t) {
+    const Vec3 at = evaluate(loop, t, 0)[0];
+    return Vec3((at.x - u.low) / u.width(), (at.y - v.low) / v.width(), at.z);
+  };
+  const Vec3 begin = fraction(loop.knots.low()), end = fraction(loop.knots.high());
+  Real out = 0;
+  std::array<Real, 2> where{0, 0};
+  const std::vector<Real> breaks = loop.knots.breaks();
+  for (std::size_t i = 0; i + 1 < breaks.size(); ++i)
+    for (int k = 0; k <= kLoopLooks; ++k) {
+      const Vec3 at = fraction(breaks[i] + (breaks[i + 1] - breaks[i]) * k / kLoopLooks);
+      const Real here = std::max({-at.x, at.x - 1, -at.y, at.y - 1});
+      if (here > out) out = here, where = {u.low + at.x * u.width(), v.low + at.y * v.width()};
+    }
+  Curve even =
+      transformed(loop, {Mat3(1 / u.width(), 0, 0, 0, 1 / v.width(), 0, 0, 0, 1), Vec3(0)});
+  even.knots.is_periodic = true;  // its ends are one place
+  const bool is_flat = std::all_of(loop.points.begin(), loop.points.end(),
+                                   [](const Weighted& w) { return w.z == 0; });
+  if (!is_flat)
+    own.add("found points off the plane of (u, v), expected z = 0 of all");
+  else if (glm::distance(begin, end) > kLoopGap)
+    own.add("is open by " + text_of(glm::distance(begin, end)) +
+            " of the domain, expected a closed curve");
+  else if (out > kLoopGap)
+    own.add("leaves the domain at u = " + text_of(where[0]) + ", v = " + text_of(where[1]) +
+            ", expected u from " + text_of(u.low) + " to " + text_of(u.high) + " and v from " +
+            text_of(v.low) + " to " + text_of(v.high));
+  else if (std::abs(area_around(even)) < kLeastLoop)
+    own.add("encloses nothing, expected a curve around an area");
+  else if (const auto at = crossing_of(even))
+    own.add("crosses itself at t = " + text_of((*at)[0]) + " and " + text_of((*at)[1]) +
+            ", expected a curve that does not");
+  to.errors.insert(to.errors.end(), own.errors.begin(), own.errors.end());
+}
+
+}  // namespace
+
 std::vector<Error> errors_of(const Surface& surface, const std::string& name) {
   Complaints all{name};
   look_at_points(surface.points, all);
@@ -175,6 +228,8 @@ std::vector<Error> errors_of(const Surface& surface, const std::string& name) {
       if (const Real gap = seam_gap(surface, way); gap > kJump * size_of(surface.points))
         all.add(std::string("is periodic along ") + (way == Along::u ? "u" : "v") +
                 ", but its ends are " + text_of(gap) + " m apart");
+  for (std::size_t i = 0; i < surface.trims.size() && all.errors.empty(); ++i)
+    look_at_loop(surface, i, all);
   return all.errors;
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <optional>
 
+#include "engine/nurbs/trim.hpp"
+
 namespace pantin::detail::nurbs {
 namespace {
 
@@ -172,7 +174,7 @@ class Search {
   };
   void keep(const NearestPoint& found) {
     best_.looks += found.looks;
-    if (!(found.distance < best_.distance)) return;
+    if (!(found.distance < best_.distance) || !face_.holds(found.u, found.v)) return;
     best_.u = found.u, best_.v = found.v, best_.point = found.point;
     best_.distance = found.distance;
   }
@@ -288,6 +290,9 @@ void Search::look_into(const Leaf& leaf) {
 }
 
 NearestPoint Search::run() {
+  if (face_.trim()) best_ = face_.trim()->closest(face_, p_, 1e300);
+  const bool is_on_trim = face_.trim() != nullptr;
+  const Real on_trim = best_.distance;
   bool is_first = true;
   const auto limit = [&] { return best_.distance; };
   const auto least_of = [&](std::uint32_t node) { return face_.regions()[node].distance(p_); };
@@ -301,7 +306,8 @@ NearestPoint Search::run() {
     is_first = false;
     look_into(leaf);
   });
-  best_.is_on_edge = is_at_end(face_.u(), best_.u) || is_at_end(face_.v(), best_.v);
+  best_.is_on_edge = is_at_end(face_.u(), best_.u) || is_at_end(face_.v(), best_.v) ||
+                     (is_on_trim && best_.distance == on_trim);
   return best_;
 }
 

@@ -14,16 +14,16 @@ struct NearestPoint {
   Real u = 0, v = 0;  // of a curve t, 0
   Vec3 point{0};
   Real distance = 0;        // m
-  bool is_on_edge = false;  // at the end of a direction that is not periodic
+  bool is_on_edge = false;  // at the end of a direction that is not periodic, or on a trim
   bool is_certain = true;   // false: too many cells are undecided, as at a sphere's centre
   std::uint32_t looks = 0;  // evaluations, as a measure of cost
 };
 
 /// The nearest point of a face to p, in the face's frame: the global minimum, within 1e-12 of it.
-/// No heap.
+/// Of a trimmed face by Trim::closest() where it is on a loop. No heap.
 NearestPoint closest_point(const Face& face, Vec3 p);
 
-/// The local minimum found by descent from (u, v), within the domain.
+/// The local minimum found by descent from (u, v), within the domain, whatever trims the face.
 NearestPoint closest_from(const Face& face, Vec3 p, std::array<Real, 2> start);
 
 /// A curve prepared for queries: bounds of its cells.

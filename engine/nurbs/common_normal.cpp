@@ -202,6 +202,7 @@ void Newton::finish(const Jet& p, const Jet& q, const std::array<Real, 4>& step,
   out.status = faces ? ContactStatus::found : ContactStatus::lost;
   const Real size = std::min(a_.size(), b_.size());
   if (faces && std::abs(out.least_curvature) * size < kFits) out.status = ContactStatus::degenerate;
+  if (faces && !(a_.holds(out.at.a) && b_.holds(out.at.b))) out.status = ContactStatus::left_patch;
 }
 
 CommonNormal Newton::from(const PlacePair& start) {

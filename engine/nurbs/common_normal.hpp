@@ -23,7 +23,7 @@ struct PlacePair {
 
 enum class ContactStatus {
   found,
-  left_patch,  // the pair crossed the rim of a face that has no neighbour there
+  left_patch,  // the pair crossed a trim, or the rim of a face that has no neighbour there
   singular,    // a face has no normal where the pair is
   degenerate,  // the surfaces fit one another: the pair is not isolated (ball in its own socket)
   lost,        // no pair was found from this start

@@ -259,7 +259,8 @@ CurveContact track_on_face(const Wire& a, const Skin& b, const Pose& a_in_b, con
     if (length > kDone || out.b.face != before.face) continue;
     out.on_a = p[0] + step * p[1], out.on_b = q.s + du * q.u + dv * q.v;
     out.normal += du * n_u + dv * n_v;
-    out.status = judged(out, std::min(a.size(), b.size()));
+    out.status =
+        b.holds(out.b) ? judged(out, std::min(a.size(), b.size())) : ContactStatus::left_patch;
     return out;
   }
   return out;

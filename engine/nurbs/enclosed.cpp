@@ -4,6 +4,7 @@
 
 #include "engine/nurbs/makers.hpp"
 #include "engine/nurbs/tessellate.hpp"
+#include "engine/nurbs/trim.hpp"
 
 namespace pantin::detail::nurbs {
 namespace {
@@ -139,6 +140,7 @@ Sum over_pieces(const Skin& skin, const At& at, const Sum& scale, Quadrature& by
   Sum sum{};
   Work work;
   for (const Face& face : skin.faces()) {
+    if (face.trim()) continue;  // is open, and measured along its loops
     Face::Piece piece;
     const auto at_place = [&](Real u, Real v) { return at(face.at(piece, u, v)); };
     Integral<Sum, decltype(at_place)> integral{at_place, scale, work};
@@ -197,13 +199,17 @@ Real area_of(const Skin& skin, Quadrature* by) {
   Quadrature own;
   const One area = over_pieces<One>(skin, at, One{skin.size() * skin.size()}, own);
   if (by != nullptr) *by = own;
-  return area[0];
+  Real sum = area[0];
+  for (const Face& face : skin.faces())
+    if (face.trim()) sum += face.trim()->area(face);
+  return sum;
 }
 
 bool is_closed(const Skin& skin) {
   if (skin.half_axes()) return true;
   for (int f = 0; f < static_cast<int>(skin.faces().size()); ++f) {
     const Face& face = skin.face(f);
+    if (face.trim()) return false;
     for (int k = 0; k < kEdges; ++k) {
       const auto edge = static_cast<Edge>(k);
       const bool is_u = edge == Edge::u_low || edge == Edge::u_high;

@@ -5,6 +5,7 @@
 
 #include "engine/base/lanes.hpp"
 #include "engine/nurbs/pieces.hpp"
+#include "engine/nurbs/trim.hpp"
 
 namespace pantin::detail::nurbs {
 namespace {
@@ -30,7 +31,10 @@ Face::Face(Surface surface) : surface_(std::move(surface)) {
   make_leaves(pieces);
   // Control points of small weight may be far off.
   if (!tree_.nodes().empty()) size_ = std::min(size_, tree_.nodes().front().ball.radius);
+  if (!surface_.trims.empty()) trim_ = std::make_shared<const Trim>(*this);
 }
+
+bool Face::is_within_trim(Real u, Real v) const { return trim_->holds(u, v); }
 
 void Face::make_pieces(const std::vector<Surface>& pieces) {
   const auto rows = static_cast<std::size_t>(surface_.u.degree + 1);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "engine/nurbs/spline.hpp"
@@ -95,6 +96,8 @@ class BallTree {
   std::vector<Node> nodes_;
 };
 
+class Trim;
+
 /// A surface that has passed errors_of(). Immutable: copies and threads share it.
 class Face {
  public:
@@ -115,6 +118,11 @@ class Face {
   Piece piece_at(Real u, Real v) const { return {by_u_.find(u), by_v_.find(v)}; }
   Jet at(Piece piece, Real u, Real v) const;
 
+  /// Its loops; null if it is not trimmed.
+  const Trim* trim() const { return trim_.get(); }
+  /// Whether a place is within the loops, which belong to the face.
+  bool holds(Real u, Real v) const { return !trim_ || is_within_trim(u, v); }
+
   const std::vector<Leaf>& leaves() const { return leaves_; }
   const BallTree& tree() const { return tree_; }
   /// By node of the tree.
@@ -123,6 +131,7 @@ class Face {
  private:
   void make_pieces(const std::vector<Surface>& pieces);
   void make_leaves(const std::vector<Surface>& pieces);
+  bool is_within_trim(Real u, Real v) const;
 
   /// Starts of the pieces of one direction; the local parameter in a piece is from -1/2 to 1/2.
   struct Pieces {
@@ -139,6 +148,7 @@ class Face {
   std::vector<Leaf> leaves_;
   BallTree tree_;
   std::vector<Region> regions_;
+  std::shared_ptr<const Trim> trim_;
   Real size_ = 0;
 };
 

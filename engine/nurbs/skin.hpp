@@ -45,6 +45,8 @@ class Skin {
   Real size() const { return size_; }
   /// Certainly convex: an ellipsoid by charts, or flat.
   bool is_convex() const { return is_solid_ellipsoid() || is_flat_; }
+  /// Whether a place is within the trim of its face.
+  bool holds(const Place& at) const { return face(at.face).holds(at.u, at.v); }
   /// The face across an edge; none at a rim.
   std::optional<int> neighbour(int face, Edge edge) const;
 

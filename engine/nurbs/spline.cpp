@@ -231,7 +231,7 @@ Curve transformed(const Curve& curve, const Affine& by) {
   return {curve.knots, transformed(curve.points, by)};
 }
 Surface transformed(const Surface& surface, const Affine& by) {
-  return {surface.u, surface.v, transformed(surface.points, by)};
+  return {surface.u, surface.v, transformed(surface.points, by), surface.trims};
 }
 
 Surface inside_out(const Surface& surface) {
@@ -244,6 +244,8 @@ Surface inside_out(const Surface& surface) {
   for (std::size_t i = 0; i < rows; ++i)
     std::copy_n(surface.points.begin() + static_cast<std::ptrdiff_t>(i * across), across,
                 turned.points.begin() + static_cast<std::ptrdiff_t>((rows - 1 - i) * across));
+  for (Curve& loop : turned.trims)
+    loop = transformed(loop, {Mat3(-1, 0, 0, 0, 1, 0, 0, 0, 1), {sum, 0, 0}});
   return turned;
 }
 

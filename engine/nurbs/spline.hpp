@@ -25,6 +25,9 @@ struct Curve {
 struct Surface {
   Knots u, v;
   std::vector<Weighted> points;  // [i * v.count() + j], i along u
+  // Closed loops in the plane of (u, v), z = 0. The face is what is within an odd number of them,
+  // in any direction; without loops it is the whole domain.
+  std::vector<Curve> trims = {};
 
   const Weighted& at(int i, int j) const {
     return points[static_cast<std::size_t>(i * v.count() + j)];
@@ -34,6 +37,7 @@ struct Surface {
     field("u", self.u);
     field("v", self.v);
     field("points", self.points);
+    field("trims", self.trims);
   }
 };
 

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "engine/nurbs/makers.hpp"
+#include "engine/nurbs/trim_tiles.hpp"
 
 namespace pantin::detail::nurbs {
 namespace {
@@ -70,7 +71,7 @@ struct Polyline {
 
 class Cutter {
  public:
-  Cutter(const Skin& skin, Real chord) : skin_(skin) {
+  Cutter(const Skin& skin, Real chord) : skin_(skin), chord_(chord) {
     for (const Face& face : skin.faces())
       lines_.push_back({lines_along(face, Along::u, chord), lines_along(face, Along::v, chord)});
   }
@@ -102,6 +103,7 @@ class Cutter {
   void add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c);
 
   const Skin& skin_;
+  Real chord_;
   std::vector<Lines> lines_;
   std::map<EdgeOf, Polyline> edges_;
   std::vector<Vec3> corners_;
@@ -261,7 +263,15 @@ void Cutter::cut(int f) {
 
 Tessellation Cutter::run() {
   lay_edges();
-  for (int f = 0; f < static_cast<int>(skin_.faces().size()); ++f) cut(f);
+  bool any_trim = false;
+  for (int f = 0; f < static_cast<int>(skin_.faces().size()); ++f) {
+    const std::size_t first = made_.triangles.size();
+    cut(f);
+    if (!skin_.face(f).trim()) continue;
+    trim_tiles(skin_, {f, first}, chord_, made_);
+    any_trim = true;
+  }
+  if (any_trim) drop_unused_points(made_);
   return std::move(made_);
 }
 

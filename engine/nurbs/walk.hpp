@@ -5,24 +5,21 @@
 #include <optional>
 
 #include "engine/nurbs/skin.hpp"
+#include "engine/nurbs/trim.hpp"
 
 namespace pantin::detail::nurbs {
-
-/// A function of a surface's parameters: value, gradient, second derivatives.
-struct Slope {
-  Real f = 0, gu = 0, gv = 0, huu = 0, huv = 0, hvv = 0;
-};
 
 /// The end of a walk.
 struct WalkEnd {
   Place at;
   Jet jet;
   Real f = 0;
-  bool is_on_rim = false;  // at an active end of the domain without a neighbour
+  bool is_on_rim = false;  // at an active end of the domain without a neighbour, or on a trim
 };
 
 /// Newton's method for a function of the surface's points: shifted where it is not convex,
-/// shortened until it decreases. `slope(jet)` evaluates the function at a surface point. No heap.
+/// shortened until it decreases. `slope(jet)` evaluates the function at a surface point. An end off
+/// the trim of its face is replaced by one along the loops. No heap.
 template <class Function>
 class Walk {
  public:
@@ -41,6 +38,7 @@ class Walk {
       if (!(longest > 1e-15) || !go(step, longest)) break;
       if (longest < 1e-11) break;
     }
+    if (!skin_.holds(at_)) return end_on_trim();
     const Step last = next();
     const bool is_on_rim = (last.is_held_u && !skin_.neighbour(at_.face, edge_of_u())) ||
                            (last.is_held_v && !skin_.neighbour(at_.face, edge_of_v()));
@@ -55,6 +53,11 @@ class Walk {
     Real u = 0, v = 0;
     bool is_held_u = false, is_held_v = false;
   };
+
+  WalkEnd end_on_trim() const {
+    const TrimEnd end = TrimWalk(face(), slope_).from(face().trim()->beside(at_.u, at_.v));
+    return {{at_.face, end.u, end.v}, end.jet, end.f, true};
+  }
 
   const Face& face() const { return skin_.face(at_.face); }
   Edge edge_of_u() const { return at_.u <= face().u().low() ? Edge::u_low : Edge::u_high; }
@@ -150,16 +153,7 @@ inline WalkEnd climb(const Skin& skin, Vec3 direction, Place start) {
 
 /// The local nearest point to p near `start`; f is half the squared distance.
 inline WalkEnd approach(const Skin& skin, Vec3 p, Place start) {
-  const auto slope = [&](const Jet& j) {
-    const Vec3 d = j.s - p;
-    return Slope{glm::dot(d, d) / 2,
-                 glm::dot(d, j.u),
-                 glm::dot(d, j.v),
-                 glm::dot(j.u, j.u) + glm::dot(d, j.uu),
-                 glm::dot(j.u, j.v) + glm::dot(d, j.uv),
-                 glm::dot(j.v, j.v) + glm::dot(d, j.vv)};
-  };
-  return Walk(skin, slope).from(start);
+  return Walk(skin, [&](const Jet& j) { return distance_slope(j, p); }).from(start);
 }
 
 }  // namespace pantin::detail::nurbs

@@ -13,7 +13,8 @@ bool is_on(const ContactSurface& surface, const nurbs::Place& place) {
       std::cmp_greater_equal(place.face, surface.skin->faces().size()))
     return false;
   const nurbs::Face& face = surface.skin->face(place.face);
-  return face.u().domain().holds(place.u) && face.v().domain().holds(place.v);
+  return face.u().domain().holds(place.u) && face.v().domain().holds(place.v) &&
+         face.holds(place.u, place.v);
 }
 
 const char* SurfaceContact::restored() const {

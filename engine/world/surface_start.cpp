@@ -269,7 +269,7 @@ std::string doubt_of_place(const SurfaceContact& c, const PairPoses& bodies) {
   const auto nearest = std::min_element(found, found + count, [](const auto& x, const auto& y) {
     return std::abs(x.gap) < std::abs(y.gap);
   });
-  if (std::abs(nearest->least_curvature) * size < kNearlyConforming)
+  if (is_place_uncertain(c, nearest->least_curvature))
     return "the surfaces nearly conform where they touch (relative curvature " +
            shown(nearest->least_curvature) + " 1/m), so that the place of contact is uncertain";
   if (c.lifts && c.spots > 1) return {};  // several places are tracked
@@ -280,6 +280,10 @@ std::string doubt_of_place(const SurfaceContact& c, const PairPoses& bodies) {
              " m apart have the same gap, so that which of them touches is uncertain: place the "
              "bodies nearer to one";
   return {};
+}
+
+bool is_place_uncertain(const SurfaceContact& c, Real least_curvature) {
+  return std::abs(least_curvature) * std::min(size_of(c.on_a), size_of(c.on_b)) < kNearlyConforming;
 }
 
 std::uint8_t usual_spots(const SurfaceContact& c) {

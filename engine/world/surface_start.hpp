@@ -47,6 +47,10 @@ std::string place_surfaces(SurfaceContact& contact, const PairPoses& bodies);
 /// same gap. Otherwise, and where no contact was found, empty.
 std::string doubt_of_place(const SurfaceContact& contact, const PairPoses& bodies);
 
+/// Whether surfaces nearly conform at a pair of this curvature of the gap (1/m): rounding decides
+/// where they touch.
+bool is_place_uncertain(const SurfaceContact& contact, Real least_curvature);
+
 /// A warning about the sharpest crease between joined faces, which no contact can cross; otherwise
 /// empty.
 std::string crease_between(const ContactSurface& surface, const char* side);

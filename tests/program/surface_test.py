@@ -12,6 +12,12 @@ PANTIN = os.environ["PANTIN"]
 ASSETS = pathlib.Path(os.environ["PANTIN_ASSETS"])
 HELPER = pathlib.Path(PANTIN).parent / "pantin-step"
 TORUS = '{"faces": [{"type": "torus", "radius": 1, "tube": 0.25}]}'
+DISC = '''{"faces": [{"type": "plane", "size": [2, 2], "trims": [
+  {"type": "circle", "radius": 0.35, "position": [0.5, 0.5, 0]},
+  {"type": "circle", "radius": 0.1, "position": [0.5, 0.5, 0]}]}]}'''
+TUBE = '''{"faces": [{"type": "cylinder", "radius": 0.5, "height": 1, "trims": [
+  {"type": "outline", "points": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]},
+  {"type": "circle", "radius": 0.1, "position": [0.5, 0.5, 0]}]}]}'''
 PI = 3.141592653589793
 
 
@@ -63,6 +69,18 @@ class Surface(Folder):
         self.assertEqual(once.read_text(), twice.read_text())
         self.assertEqual(self.told(once)["area_m2"], self.told(twice)["area_m2"])
 
+    def test_tells_trims_and_their_share(self):
+        disc = self.folder / "disc.json"
+        disc.write_text(DISC)
+        told = self.told(disc)
+        self.assertEqual(told["faces"][0]["trims"], 2)
+        self.assertAlmostEqual(told["area_m2"], PI * 0.45, delta=1e-12)
+        self.assertAlmostEqual(told["faces"][0]["trim_share"], PI * 0.45 / 4, delta=1e-12)
+        self.assertFalse(told["closed"])
+        done = pantin("surface", disc)
+        self.assertIn("trimmed by 2 loops to 35.34 % of its area", done.stdout)
+        self.assertEqual(self.told(self.torus)["faces"][0]["trims"], 0)
+
     def test_draws_a_picture(self):
         picture = self.folder / "torus.png"
         done = pantin("surface", self.torus, "--picture", picture, "--size", "320x240")
@@ -108,6 +126,22 @@ class Cad(Folder):
                 self.assertEqual(after["cad"]["faces"], 1)
                 self.assertEqual(after["cad"]["trimmed"], 0)
                 self.assertTrue(after["closed"])
+
+    def test_trims_go_out_and_come_back(self):
+        for shape, text in (("disc", DISC), ("tube", TUBE)):
+            source = self.folder / f"{shape}.json"
+            source.write_text(text)
+            before = self.told(source)
+            for ending in ("step", "igs"):
+                with self.subTest(f"{shape}.{ending}"):
+                    part = self.folder / f"{shape}.{ending}"
+                    done = pantin("surface", source, "--out", part)
+                    self.assertEqual((done.returncode, done.stderr), (0, ""))
+                    after = self.told(part)
+                    self.assertEqual(after["cad"]["trimmed"], 1)
+                    self.assertEqual(after["cad"]["whole"], 0)
+                    self.assertEqual(after["faces"][0]["trims"], 2)
+                    self.assertAlmostEqual(after["area_m2"], before["area_m2"], delta=1e-5)
 
     def test_units_of_the_file_are_honoured(self):
         part = self.folder / "torus.igs"

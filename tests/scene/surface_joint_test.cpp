@@ -373,6 +373,26 @@ TEST_CASE("surfaces that may lift off and never touch in one point are warned of
   CHECK(warnings(R"({"type": "torus", "radius": 0.1, "tube": 0.04})", kLifts).empty());
 }
 
+TEST_CASE("a run reports that a place of contact is uncertain") {
+  const auto uncertain_in = [](const char* radius) {
+    Scene scene = good(std::string(R"({"version": 1, "solver": {"type": "lagrangian"}, "bodies": [
+      {"name": "bowl", "motion": "fixed"},
+      {"name": "ball", "position": [0, -)") +
+                       std::to_string(0.3 - std::stod(radius)) +
+                       R"(, 0], "shape": {"type": "sphere", "radius": )" + radius +
+                       R"(}}], "surface_joints": [{"name": "touch", "a": {"body": "ball"}, "b":
+      {"body": "bowl", "surface": {"faces": [{"type": "sphere", "radius": 0.3}],
+      "inside_out": true}}, "unilateral": true}]})");
+    Simulation sim = Simulation::copy_of(scene.world, {1.0 / 240});
+    StepReport report;
+    for (int i = 0; i < 4; ++i) report = sim.step();
+    if (report.uncertain > 0) CHECK(report.uncertain_at == sim.world.find("touch"));
+    return report.uncertain;
+  };
+  CHECK(uncertain_in("0.29999") == 1);
+  CHECK(uncertain_in("0.2") == 0);
+}
+
 TEST_CASE("an uncertain place of contact is warned about") {
   const auto warnings_of = [](const std::string& text) {
     const Result<Scene> scene = parse_scene(text, "s.json");

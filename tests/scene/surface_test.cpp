@@ -295,3 +295,49 @@ TEST_CASE("of a surface too wild to be measured the volume is told to be doubtfu
   CHECK_FALSE(tells(revolved(0.5)));
   CHECK(tells(revolved(1e-6)));
 }
+
+TEST_CASE("trims of a face are read, written and read again, and follow inside_out", "[surfaces]") {
+  const char* kDisc = R"({"type": "plane", "size": [2, 2], "trims": [
+      {"type": "circle", "radius": 0.35, "position": [0.5, 0.5, 0]},
+      {"type": "circle", "radius": 0.1, "position": [0.6, 0.5, 0]}]})";
+  const Scene scene = good(with_faces(kDisc));
+  const nurbs::Skin& skin = *first_shape(scene).surface->skin;
+  const nurbs::Face& face = skin.face(0);
+  REQUIRE(face.trim());
+  CHECK(nurbs::area_of(skin) == Approx(kPi * (0.49 - 0.04)).epsilon(1e-12));
+  CHECK(face.holds(0.5, 0.8));
+  CHECK_FALSE(face.holds(0.6, 0.5));
+  CHECK_FALSE(face.holds(0.05, 0.05));
+  // A trimmed sphere is no sphere of six charts.
+  const Scene cap = good(with_faces(R"({"type": "sphere", "radius": 1, "trims": [
+      {"type": "outline", "points": [[0, 0.5, 0], [1, 0.5, 0], [1, 1, 0], [0, 1, 0]]}]})"));
+  CHECK(nurbs::area_of(*first_shape(cap).surface->skin) == Approx(2 * kPi).epsilon(1e-9));
+  const Folder folder;
+  const auto once = load_surface(folder.write("disc.json", surface_text(skin)));
+  REQUIRE(once);
+  CHECK(surface_text(*once->surface->skin) == surface_text(skin));
+  const Scene turned = good(with_faces(kDisc, R"(, "inside_out": true)"));
+  const nurbs::Face& back = first_shape(turned).surface->skin->face(0);
+  CHECK(back.holds(0.5, 0.8));
+  CHECK_FALSE(back.holds(0.4, 0.5));
+  CHECK(back.holds(0.65, 0.5));
+}
+
+TEST_CASE("a trim that cannot be one is refused in one line, at its face", "[surfaces]") {
+  const auto told = [](const std::string& loop) {
+    const Result<Scene> scene = parse_scene(
+        with_faces(R"({"type": "plane", "size": [2, 2], "trims": [)" + loop + "]}"), "t.json");
+    REQUIRE_FALSE(scene);
+    REQUIRE(scene.errors().size() == 1);
+    return scene.errors().front().message;
+  };
+  const std::string open = told(R"({"type": "line", "from": [0.2, 0.2, 0], "to": [0.8, 0.2, 0]})");
+  CHECK(open.starts_with("t.json:2:"));
+  CHECK(open.find("/faces/0") != std::string::npos);
+  CHECK(open.find("the surface, face 0, trim 0: is open by") != std::string::npos);
+  CHECK(told(R"({"type": "circle", "radius": 0.6, "position": [0.5, 0.5, 0]})")
+            .find("leaves the domain at u = ") != std::string::npos);
+  CHECK(told(R"({"type": "circle", "radius": 0.3, "position": [0.5, 0.5, 1]})")
+            .find("off the plane of (u, v)") != std::string::npos);
+  CHECK(told(R"({"type": "circle", "radius": -1})").find("/trims/0/radius") != std::string::npos);
+}

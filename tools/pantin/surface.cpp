@@ -18,6 +18,7 @@
 #include "engine/base/utf8.hpp"
 #include "engine/geometry/skin_model.hpp"
 #include "engine/nurbs/makers.hpp"
+#include "engine/nurbs/trim.hpp"
 #include "engine/scene/read/surface_file.hpp"
 #include "tools/pantin/command_line.hpp"
 #include "tools/pantin/program.hpp"
@@ -157,13 +158,20 @@ Json face_json(const nurbs::Face& face) {
   bool is_rational = false;
   for (const nurbs::Weighted& w : s.points) is_rational = is_rational || w.w != s.points[0].w;
   const nurbs::Range u = s.u.domain(), v = s.v.domain();
-  return {{"degrees", {s.u.degree, s.v.degree}},
-          {"points", {s.u.count(), s.v.count()}},
-          {"knots", {s.u.values.size(), s.v.values.size()}},
-          {"rational", is_rational},
-          {"periodic", {s.u.is_periodic, s.v.is_periodic}},
-          {"domain", {{u.low, u.high}, {v.low, v.high}}},
-          {"continuity", continuity_of(s)}};
+  Json j{{"degrees", {s.u.degree, s.v.degree}},
+         {"points", {s.u.count(), s.v.count()}},
+         {"knots", {s.u.values.size(), s.v.values.size()}},
+         {"rational", is_rational},
+         {"periodic", {s.u.is_periodic, s.v.is_periodic}},
+         {"domain", {{u.low, u.high}, {v.low, v.high}}},
+         {"continuity", continuity_of(s)},
+         {"trims", s.trims.size()}};
+  if (face.trim()) {
+    nurbs::Surface whole = s;
+    whole.trims.clear();
+    j["trim_share"] = face.trim()->area(face) / nurbs::area_of(nurbs::Skin({whole}, 0));
+  }
+  return j;
 }
 
 Json summary_of(const SurfaceChoices& c, const Read& read) {
@@ -195,13 +203,18 @@ Json summary_of(const SurfaceChoices& c, const Read& read) {
 void print_faces(const Json& faces) {
   std::vector<std::pair<std::string, int>> kinds;
   for (const Json& f : faces) {
-    const std::string line = fmt::format("degrees {} x {}, {} x {} points, {}{}{}, {}",
+    const bool has_trim = f.contains("trim_share");
+    const std::string trim =
+        has_trim ? fmt::format(", trimmed by {} loops to {:.4g} % of its area",
+                               f["trims"].get<int>(), 100 * f["trim_share"].get<double>())
+                 : "";
+    const std::string line = fmt::format("degrees {} x {}, {} x {} points, {}{}{}, {}{}",
                                          f["degrees"][0].get<int>(), f["degrees"][1].get<int>(),
                                          f["points"][0].get<int>(), f["points"][1].get<int>(),
                                          f["rational"].get<bool>() ? "rational" : "polynomial",
                                          f["periodic"][0].get<bool>() ? ", periodic along u" : "",
                                          f["periodic"][1].get<bool>() ? ", periodic along v" : "",
-                                         f["continuity"].get<std::string>());
+                                         f["continuity"].get<std::string>(), trim);
     const auto known = std::find_if(kinds.begin(), kinds.end(),
                                     [&](const auto& kind) { return kind.first == line; });
     if (known == kinds.end())
@@ -232,10 +245,9 @@ void print_summary(const Json& j) {
   if (!j.contains("cad")) return;
   const Json& cad = j["cad"];
   fmt::print(
-      "  in the file: {} faces in {}, {} trimmed (their whole surfaces are taken), {} "
-      "approximated\n",
+      "  in the file: {} faces in {}, {} trimmed, of which {} are taken whole, {} approximated\n",
       cad.value("faces", 0), printable(cad.value("unit", std::string("?"))),
-      cad.value("trimmed", 0), cad.value("approximated", 0));
+      cad.value("trimmed", 0), cad.value("whole", 0), cad.value("approximated", 0));
 }
 
 #ifdef PANTIN_HAS_RENDER
@@ -308,8 +320,8 @@ int surface(const SurfaceChoices& c) {
 constexpr const char* kExamples =
     R"(Reads a NURBS surface: JSON as in scenes, or, in a build with OpenCASCADE, STEP and IGES.
 Checks it and reports faces, degrees, knots, continuity, bounds, area and volume. Lengths are in m,
-whatever the unit of the file. Of a trimmed face the whole surface within the bounds of its
-parameters is taken, and reported.
+whatever the unit of the file. Trims are read and written with the faces; a trimmed face whose loops
+cannot be read is taken whole, within the bounds of its parameters, and reported.
 
 Examples:
   pantin surface assets/surfaces/groove.json --picture out/groove.png
@@ -322,8 +334,9 @@ endings .step, .stp, .iges and .igs.
 In a scene: {"type": "nurbs", "surface": "part.json"}.
 
 --json prints file, faces (each with degrees, points, knots, rational, periodic, domain,
-continuity), closed, convex, low, high, area_m2, volume_m3 and centre if it is closed, cad (faces,
-trimmed, approximated, refused, unit) of a CAD file, and warnings.
+continuity, trims (how many loops), and trim_share of its area if there are any), closed, convex,
+low, high, area_m2, volume_m3 and centre if it is closed, cad (faces, trimmed, whole, approximated,
+refused, unit) of a CAD file, and warnings.
 
 Exit codes: 0 ok, 1 no picture could be made, 2 usage or bad input, 4 could not write.)";
 

@@ -63,6 +63,7 @@ std::optional<RayEntry> crossing(const nurbs::Face& face, nurbs::Place at, const
                        std::abs(v - at.v) / face.v().domain().width();
     at.u = u, at.v = v;
     if (!(moved < 1e-14) && round + 1 < kMostSteps) continue;
+    if (!face.holds(u, v)) return std::nullopt;
     const Vec3 end = face.at(u, v).s - ray.from;
     const Real distance = glm::dot(end, ray.way);
     if (glm::distance(end, distance * ray.way) > 1e-10 * face.size()) return std::nullopt;

@@ -121,6 +121,8 @@ void GroupBuilder::add_gear(Element<GearRecipe> e) {
   r.second_travels = slides(recipe.second_travels, *second, at_second);
   r.ratio = recipe.ratio, r.has_offset = recipe.offset.has_value();
   r.offset = recipe.offset.value_or(0);
+  if (r.second_travels) r.ratio *= recipe.length_unit, r.offset *= recipe.length_unit;
+  if (r.first_travels) r.ratio /= recipe.length_unit;
   if (recipe.in_degrees && r.second_travels)
     messages_.error(e.id, "", "found \"offset_deg\" of a travel, expected \"offset\" in m");
   made_.gears.push_back(std::move(placed));

@@ -172,7 +172,9 @@ SurfacePointer surface_of_file(const Reading& reading, const Reader& from, Shape
     from.diagnostics.error(node, text.errors().front().message);
     return nullptr;
   }
-  const auto mesh = parse_obj(*text, path);
+  auto mesh = parse_obj(*text, path);
+  if (mesh && reading.length_unit != 1)
+    for (Vec3& p : mesh->points) p *= reading.length_unit;
   if (mesh)
     return kept(from, kind == ShapeKind::hull ? make_hull(mesh->points)
                                               : make_mesh(mesh->points, mesh->triangles));
@@ -191,7 +193,7 @@ SurfacePointer read_obj(const Reading& reading, const Reader& from, ShapeKind ki
     return nullptr;
   }
   const std::string path = (std::filesystem::path(reading.folder) / name).string();
-  const auto [known, is_new] = reading.surfaces.try_emplace({kind, path});
+  const auto [known, is_new] = reading.surfaces.try_emplace({kind, path, reading.length_unit});
   if (is_new)
     known->second = surface_of_file(reading, from, kind, path);
   else if (!known->second)

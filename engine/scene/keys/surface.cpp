@@ -56,10 +56,15 @@ constexpr Key curve(std::string_view name, std::string_view about) {
 
 constexpr Key kCurveName = own_name("Name for joints. Needed in a list of curves.");
 
+constexpr Key kTrims = objects(
+    "trims", "curve",
+    "Closed curves in the plane of the parameters: x is u, y is v, z is 0. The face is what "
+    "an odd number of them surrounds: an outline, then holes. Default: the whole face.");
+
 /// The keys of a face or a curve: its type, its own keys, and its position.
 constexpr auto face_keys(std::size_t type, const auto&... own) {
-  return std::array{face_type(type), own...,       kScale,    kPosition,
-                    kRotation,       kRotationDeg, kInsideOut};
+  return std::array{face_type(type), own...,    kTrims,       kScale,
+                    kPosition,       kRotation, kRotationDeg, kInsideOut};
 }
 constexpr auto curve_keys(std::size_t type, const auto&... own) {
   return std::array{curve_type(type), kCurveName, own...,      kScale,
@@ -184,6 +189,55 @@ constexpr auto kJoinedCurve =
     curve_keys(7, objects("curves", "curve", "Each begins or ends where the previous one ends.")
                       .needed("curves"));
 
+// ---- Outlines of machine parts -----------------------------------------------------------------
+
+constexpr Range kPressure{5, 40, "an angle from 5 to 40 degrees"};
+constexpr Range kTurns{0.1, 1000, "a number from 0.1 to 1000"};
+
+constexpr Key kModule =
+    number("module", "m", kSize, "Pitch diameter by number of teeth.").needed(kSize.words);
+constexpr Key kPressureAngle =
+    number("pressure_angle_deg", "degrees", kPressure, "Of the flanks at the pitch line.")
+        .or_else(20);
+constexpr Key kBacklash =
+    number("backlash", "m", kNotNegative, "By which teeth are thinner, on the pitch line.")
+        .or_else(0);
+constexpr auto kGearCurve = curve_keys(
+    8, whole("teeth", 5, 1000, "Number of teeth; one of them is along x.").needed("a number"),
+    kModule, kPressureAngle, kBacklash);
+constexpr auto kRackCurve =
+    curve_keys(9,
+               whole("teeth", 1, 1000, "Number of teeth along x; one of them is at the origin.")
+                   .needed("a number"),
+               kModule, kPressureAngle, kBacklash,
+               number("back", "m", kSize, "Distance of its back from the pitch line, which is x.")
+                   .needed(kSize.words));
+constexpr auto kCamCurve = curve_keys(
+    10, number("base", "m", kSize, "Least radius.").needed(kSize.words),
+    number("roller", "m", kNotNegative,
+           "Radius of the follower's roller. Default: a flat face across the lift."),
+    word("law", kCamLaws, "How it rises and returns: with a steady acceleration at both ends.")
+        .or_else(0),
+    row("lifts", ValueType::pairs, "degrees, m",
+        "Angles, seen from the cam, in order within a turn, and the lift of the follower there; "
+        "it moves by the law from each to the next, and rests between equal ones.")
+        .needed("pairs of an angle and a lift"));
+constexpr auto geneva_keys(std::size_t type) {
+  return curve_keys(
+      type, whole("slots", 3, 64, "Number of slots.").needed("a number"),
+      number("distance", "m", kSize, "Of both axes. The crank's arm is distance sin(180 / slots).")
+          .needed(kSize.words),
+      number("pin", "m", kSize, "Radius of the pin.").needed(kSize.words),
+      number("lip", "m", kSize,
+             "Radius of the ends of a slot's walls. Default: a third of the pin."),
+      number("clearance", "m", kNotNegative, "Between the disc and the wheel.").or_else(2e-5));
+}
+constexpr auto kGenevaWheelCurve = geneva_keys(11), kGenevaDiscCurve = geneva_keys(12);
+constexpr auto kHelixCurve =
+    curve_keys(13, radius("About z; it begins on x."),
+               number("pitch", "m", kSize, "Height of one turn.").needed(kSize.words),
+               number("turns", "", kTurns, "Number of turns.").needed(kTurns.words));
+
 }  // namespace
 
 constinit const KeySet surface{"surface",
@@ -224,6 +278,21 @@ constinit const KeySet interpolation_curve{
 constinit const KeySet outline_curve{
     "outline_curve", "A closed polygon with rounded corners: straight lines and arcs.",
     kOutlineCurve};
+constinit const KeySet gear_curve{
+    "gear_curve", "The outline of a gear with involute teeth, about the origin.", kGearCurve};
+constinit const KeySet rack_curve{"rack_curve", "The outline of a rack with teeth along y.",
+                                  kRackCurve};
+constinit const KeySet cam_curve{
+    "cam_curve", "The outline of a disc cam, for a follower that moves in line with its centre.",
+    kCamCurve};
+constinit const KeySet geneva_wheel_curve{
+    "geneva_wheel_curve", "The wheel of a Geneva drive, about its axis, with a slot along x.",
+    kGenevaWheelCurve};
+constinit const KeySet geneva_disc_curve{
+    "geneva_disc_curve",
+    "The disc of a Geneva drive's crank, about its axis, with a recess along x, where the pin is.",
+    kGenevaDiscCurve};
+constinit const KeySet helix_curve{"helix_curve", "A helix about z.", kHelixCurve};
 constinit const KeySet joined_curve{
     "joined_curve", "Curves in sequence; closed if the last ends where the first begins.",
     kJoinedCurve};

@@ -7,6 +7,7 @@
 #include "engine/nurbs/makers.hpp"
 #include "engine/nurbs/plane_curves.hpp"
 #include "engine/scene/read/named.hpp"
+#include "engine/scene/read/profile.hpp"
 #include "engine/scene/read/surface_words.hpp"
 
 namespace pantin::detail {
@@ -148,6 +149,8 @@ MaybeCurve curve_of(const Reading& reading, CurveType type, const Reader& from) 
       return outline_curve(from);
     case CurveType::joined:
       return joined_curve(reading, from);
+    default:  // outlines of machine parts
+      return read_profile(type, from);
   }
   return whole.is_good() ? MaybeCurve(std::move(curve)) : std::nullopt;
 }
@@ -259,6 +262,9 @@ std::optional<nurbs::Surface> read_face(const Reading& reading, NodeId node) {
   const Reader from = reading.open(node, std::string(kFaceTypes[*type]) + "_face");
   const Whole whole{from};
   auto face = face_of(reading, static_cast<FaceType>(*type), from);
+  for (const NodeId loop : from.items("trims"))
+    if (auto curve = read_curve(reading, loop); curve && face)
+      face->trims.push_back(std::move(*curve));
   const bool is_turned = from.flag("inside_out");
   const nurbs::Affine by = placing_of(from);
   if (!face || !whole.is_good()) return std::nullopt;

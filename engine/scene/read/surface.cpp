@@ -72,7 +72,7 @@ std::optional<Charts> charts_of(const Reading& reading, const Reader& from,
   const std::string_view word = type == kNoNode ? "" : reading.json[type].text;
   if (word != "sphere" && word != "ellipsoid") return std::nullopt;
   const Reader face = reading.open(faces[0], std::string(word) + "_face");
-  if (face.has_any(kMoving)) return std::nullopt;
+  if (face.has_any(kMoving) || face.has("trims")) return std::nullopt;
   const Vec3 radii = word == "sphere" ? Vec3(face.number("radius", 1)) : face.vec("radii", Vec3(1));
   return Charts{from.vec_or_number("scale") * face.vec_or_number("scale") * radii,
                 from.flag("inside_out") != face.flag("inside_out")};
@@ -121,7 +121,7 @@ SurfacePointer surface_of_faces(const Reading& reading, const Reader& from) {
 SurfacePointer surface_of_file(const Reading& reading, NodeId at, const std::string& name) {
   const std::string path = (std::filesystem::path(reading.folder) / name).string();
   SceneReading& scene = reading.scene;
-  const auto [known, is_new] = scene.surfaces.try_emplace({ShapeKind::nurbs, path});
+  const auto [known, is_new] = scene.surfaces.try_emplace({ShapeKind::nurbs, path, 1.0});
   if (!is_new) {
     if (!known->second)
       reading.diagnostics.error_value(
@@ -132,7 +132,7 @@ SurfacePointer surface_of_file(const Reading& reading, NodeId at, const std::str
   if (!opened || !opened->is_json()) return nullptr;
   const Reading inner = reading_of(scene, *opened);
   const SurfacePointer made = read_surface(inner, 0);
-  return scene.surfaces[{ShapeKind::nurbs, path}] = made;
+  return scene.surfaces[{ShapeKind::nurbs, path, 1.0}] = made;
 }
 
 /// The same, transformed if an object gives a position, rotation or scale besides the file.

@@ -41,6 +41,13 @@ std::string net_text(const std::vector<nurbs::Weighted>& net) {
   return text;
 }
 
+std::string loop_text(const nurbs::Curve& c) {
+  return "\n      {\"type\": \"nurbs\", \"degree\": " + std::to_string(c.knots.degree) +
+         (c.knots.is_periodic ? ", \"periodic\": true" : "") +
+         ",\n       \"knots\": " + numbers_text(c.knots.values) + ",\n       " +
+         net_text(c.points) + "}";
+}
+
 std::string face_text(const nurbs::Surface& s) {
   std::string text = "    {\"type\": \"nurbs\", \"degrees\": [" + std::to_string(s.u.degree) +
                      ", " + std::to_string(s.v.degree) + "]";
@@ -48,7 +55,9 @@ std::string face_text(const nurbs::Surface& s) {
   if (s.v.is_periodic) text += ", \"periodic_v\": true";
   text += ",\n     \"knots_u\": " + numbers_text(s.u.values);
   text += ",\n     \"knots_v\": " + numbers_text(s.v.values);
-  return text + ",\n     " + net_text(s.points) + "}";
+  text += ",\n     " + net_text(s.points);
+  if (s.trims.empty()) return text + "}";
+  return text + ",\n     \"trims\": " + list_of(s.trims, loop_text) + "}";
 }
 
 }  // namespace

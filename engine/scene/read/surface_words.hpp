@@ -21,9 +21,27 @@ enum class FaceType {
   interpolation
 };
 
-inline constexpr std::string_view kCurveTypes[] = {"nurbs",   "line",          "arc",     "circle",
-                                                   "ellipse", "interpolation", "outline", "joined"};
-enum class CurveType { nurbs, line, arc, circle, ellipse, interpolation, outline, joined };
+inline constexpr std::string_view kCurveTypes[] = {
+    "nurbs",  "line", "arc",  "circle", "ellipse",      "interpolation", "outline",
+    "joined", "gear", "rack", "cam",    "geneva_wheel", "geneva_disc",   "helix"};
+enum class CurveType {
+  nurbs,
+  line,
+  arc,
+  circle,
+  ellipse,
+  interpolation,
+  outline,
+  joined,
+  gear,
+  rack,
+  cam,
+  geneva_wheel,
+  geneva_disc,
+  helix
+};
+/// The laws of a cam, in the order of nurbs::CamLaw.
+inline constexpr std::string_view kCamLaws[] = {"cycloidal", "3-4-5"};
 
 /// The relative motion of two surfaces in contact, and the behaviour at their rims: in the order of
 /// SurfaceMotion and OnRim.
