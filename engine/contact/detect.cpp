@@ -123,8 +123,7 @@ void collide_obstacles(const SweptSearch& s, Search& search, const ColliderShape
 
 /// Looks up the current shape of a resting collider. False if it no longer exists.
 bool look_up(const SweptSearch& s, const Search& search, ColliderShape& at) {
-  PANTIN_ASSERT(at.slot < search.resting.known.size());
-  if (!search.resting.known[at.slot]) return false;
+  if (!search.resting.knows(at.slot)) return false;
   const Entity e = s.world.bodies.owners()[at.slot];
   const Shapes* shapes = s.world.shapes.find(e);
   const Collision* collision = s.world.collisions.find(e);

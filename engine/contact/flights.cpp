@@ -125,10 +125,10 @@ class FlightFinder {
     const RestingColliders& resting = search_.resting;
     resting.obstacles.tree.query(box, [&](std::uint32_t k) {
       const ColliderShape& at = resting.obstacles.shapes[k];
-      if (resting.known[at.slot]) disturb(at, distance_between(still_box(i), at.box));
+      if (resting.knows(at.slot)) disturb(at, distance_between(still_box(i), at.box));
     });
     for (const ColliderShape& at : resting.obstacles.unbounded)
-      if (resting.known[at.slot]) disturb(at, distance_to(i, at));
+      if (resting.knows(at.slot)) disturb(at, distance_to(i, at));
   }
   /// m, to an unbounded shape: a plane, or another, which may be anywhere.
   Real distance_to(std::uint32_t i, const ColliderShape& at) const {

@@ -56,7 +56,8 @@ struct DetectScratch {
   std::vector<CollisionFilter> filters;  // by slot in World::collisions, at the last comparison
   int resting_active = 0;                // active contacts in Memory::resting
   Real resting_depth = 0;                // m, the largest depth in Memory::resting
-  bool stale = false;                    // bodies were renumbered: contacts are detected again
+  bool stale = false;                    // the structure changed: contacts are detected again
+  bool renumbered = false;               // bodies or Collisions moved to other slots
   Search search;
 };
 

@@ -68,12 +68,13 @@ void split_resting(const SweptSearch& s, Memory& memory) {
 bool note_collisions(World& world) {
   std::vector<CollisionFilter>& before = world.memory.of<Memory>().scratch.filters;
   const auto collisions = world.collisions.values();
-  bool same = before.size() == collisions.size();
+  const std::size_t known = before.size();
+  bool same = known <= collisions.size();  // what was added supported nobody
   before.resize(collisions.size());
   for (std::size_t i = 0; i < before.size(); ++i) {
     const Collision& c = collisions[i];
     const CollisionFilter now{c.groups, c.with, c.sensor};
-    same = same && before[i] == now;
+    same = same && (i >= known || before[i] == now);
     before[i] = now;
   }
   return !same;

@@ -44,7 +44,11 @@ void release_resting(Memory& memory, const Wakes& wakes) {
   sum_up_resting(memory);
 }
 
-/// Whether any CollisionFilter has changed since the last call.
+/// After a build in which bodies have moved to other slots or are gone: renumbers the colliders at
+/// rest (colliders.cpp).
+void renumber_resting(const World& world, RestingColliders& resting);
+
+/// Whether any CollisionFilter has changed since the last call; slots must be the same.
 bool note_collisions(World& world);
 
 }  // namespace pantin::detail::contact

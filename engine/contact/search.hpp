@@ -68,14 +68,16 @@ struct Obstacles {
 };
 
 /// Colliders at rest: fixed bodies and sleeping ones. Rebuilt when much has changed; in between,
-/// bodies that no longer rest are skipped.
+/// bodies that no longer rest, or that are gone (slot kNoSlot), are skipped.
 struct RestingColliders {
   std::vector<std::uint8_t> known;  // by slot: is listed, or has nothing to collide
   std::vector<Pose> poses;          // by slot, of those
   Obstacles obstacles;
-  std::uint64_t built_for = 0;             // versions of the components
-  std::size_t collisions = 0, shapes = 0;  // components that were processed
+  std::uint64_t built_for = 0;               // versions of the components
+  std::uint64_t collisions = 0, shapes = 0;  // additions() that were processed
   std::size_t count = 0, lost = 0;
+
+  bool knows(std::uint32_t slot) const { return slot < known.size() && known[slot] != 0; }
 };
 
 /// A contact point before it becomes a contact.

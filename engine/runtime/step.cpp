@@ -11,6 +11,7 @@
 #include "engine/runtime/requests.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/check.hpp"
+#include "engine/solvers/motor_gains.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/solvers/takeover.hpp"
 #include "engine/world/lamina.hpp"
@@ -84,9 +85,9 @@ bool anybody_feels(const World& world) {
 /// Wakes bodies whose support no longer collides with them: it became a sensor, or left their
 /// groups.
 void wake_unsupported(World& world) {
-  // After a change of structure the slots may belong to other bodies.
-  const bool is_stale = world.memory.of<contact::Memory>().scratch.stale;
-  if (!contact::note_collisions(world) && !is_stale) return;
+  // Slots that belong to other bodies now cannot be compared.
+  const bool is_renumbered = world.memory.of<contact::Memory>().scratch.renumbered;
+  if (!contact::note_collisions(world) && !is_renumbered) return;
   const auto on = [&](std::uint32_t slot) {
     const Collision* c = world.collisions.find(world.bodies.owners()[slot]);
     return c && !c->sensor ? c : nullptr;
@@ -136,7 +137,7 @@ bool detect_contacts(World& world, const StepTask& task) {
     contacts.clear(), world.memory.of<contact::Memory>().resting.clear();
     scratch.search.sensors = 0;
   }
-  scratch.stale = false;
+  scratch.stale = scratch.renumbered = false;
   for (const SolverRow* solver : kSolvers) solver->take_contacts(world, task.h);
   return true;
 }
@@ -283,21 +284,27 @@ bool is_replaced(Step& s) {
   return true;
 }
 
+/// Compiles what changed, after motors that need gains were given them.
+void build(Step& s) {
+  choose_motor_gains(s.world, s.task.h);
+  compile_if_changed(s.world);
+}
+
 /// Moves kinematic bodies.
 void drive(Step& s) {
   const Timed timed(s, &StageTimes::drive);
   if (s.record.monitor) s.record.monitor->begin_substep(s.world);
   move_kinematic_bodies(s.world, s.task.h, s.report);
   move_fingers(s.world, s.world.time + s.task.h, s.task.h);
-  compile_if_changed(s.world);
+  build(s);
 }
 
 /// Predicts the free motion of all bodies.
 void predict(Step& s) {
   World& world = s.world;
-  normalise_rotations(world);
-  compile_if_changed(world);
-  check_dynamic_bodies(world, s.report);
+  const bool all_sound = normalise_rotations(world);
+  build(s);
+  if (!all_sound) check_dynamic_bodies(world, s.report);
   wake_unsupported(world);
   take_over(world, s.task.h);
   check_kinematic_bodies(world, s.report);
@@ -397,7 +404,7 @@ void set_budget(Step& s, int left) {
 
 void take_step(Step& s) {
   World& world = s.world;
-  compile_if_changed(world);
+  build(s);
   begin_forces(world);
   if (stepped(world) == Stepped::never && s.record.monitor) s.record.monitor->start_again();
   stepped(world) = Stepped::within;

@@ -12,6 +12,7 @@
 #include "engine/base/job.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/solvers/budget.hpp"
+#include "engine/solvers/rebuild.hpp"
 #include "engine/world/partition.hpp"
 #include "engine/world/report.hpp"
 #include "engine/world/solver_list.hpp"
@@ -37,6 +38,8 @@ struct SolverRow {
   /// Packs the given islands in their order, carrying state over by body; writes Owner::column of
   /// their bodies and faults into the Partition.
   void (*compile)(World&, std::span<const IslandPlan>);
+  /// The same for the islands that a change concerns; null: all are packed anew.
+  void (*recompile)(World&, const Rebuild&) = nullptr;
   /// Allocates scratch memory: after compile, and after the World was copied.
   void (*prepare)(World&) = [](World&) {};
 
@@ -56,6 +59,8 @@ struct SolverRow {
   bool (*sleeps)(const World&, std::size_t island) = [](const World&, std::size_t) {
     return false;
   };
+  /// Appends the slots of its bodies that are awake. Null: it has no sleeping islands.
+  void (*list_awake)(const World&, std::vector<std::uint32_t>& slots) = nullptr;
   /// Bounds on the displacements of its bodies in the step.
   void (*find_reaches)(const World&, Real h, const contact::Reaches& out) =
       [](const World&, Real, const contact::Reaches&) {};
@@ -98,9 +103,9 @@ inline constexpr std::array<const SolverRow*, kSolverCount> kSolvers{
 /// needed.
 void compile_if_changed(World& world);
 
-/// The part of compile_if_changed that finds unsupported features and invalid numbers, and marks
-/// the islands concerned.
-void list_faults(World& world, std::span<std::vector<IslandPlan>> plans);
+/// The part of compile_if_changed that finds unsupported features and invalid numbers in a scope,
+/// and marks the islands concerned.
+void list_faults(World& world, const Scope& scope, std::span<std::vector<IslandPlan>> plans);
 
 /// Brings Partition::awake up to date.
 void list_awake(World& world);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "engine/base/disjoint_sets.hpp"
 #include "engine/joints/kinds.hpp"
@@ -57,19 +56,19 @@ int more_than_a_point(const World& world, std::uint32_t link) {
   return turns == Turns::freely ? kBall : turns == Turns::about_x ? kHinge : kKind;
 }
 
-std::vector<std::uint32_t> growing_order(const World& world) {
-  std::vector<std::uint32_t> order(world.links.size());
-  std::iota(order.begin(), order.end(), 0);
+std::vector<std::uint32_t> growing_order(const World& world, std::span<const std::uint32_t> links) {
+  std::vector<std::uint32_t> order(links.begin(), links.end());
   std::stable_sort(order.begin(), order.end(), [&](std::uint32_t i, std::uint32_t j) {
     return more_than_a_point(world, i) > more_than_a_point(world, j);
   });
   return order;
 }
 
-std::vector<std::uint32_t> list_closing(const World& world) {
+std::vector<std::uint32_t> list_closing(const World& world, std::span<const std::uint32_t> links) {
+  if (links.empty()) return {};
   DisjointSets forest(world.bodies.size());
   std::vector<std::uint32_t> closing, holds;
-  for (const std::uint32_t i : growing_order(world)) {
+  for (const std::uint32_t i : growing_order(world, links)) {
     const Link& link = world.links.values()[i];
     const bool a = is_dynamic(world, link.a), b = is_dynamic(world, link.b);
     if (a != b) holds.push_back(i);
@@ -92,9 +91,10 @@ std::vector<std::uint32_t> list_closing(const World& world) {
     held = 1;
   }
   std::vector<Family> families(closing.empty() ? 0 : world.bodies.size());
-  for (std::uint32_t i = 0; !families.empty() && i < world.links.size(); ++i)
-    if (const std::uint32_t body = body_of(i); body != kNoSlot)
-      add(world, world.links.values()[i], families[forest.root(body)]);
+  if (!families.empty())
+    for (const std::uint32_t i : links)
+      if (const std::uint32_t body = body_of(i); body != kNoSlot)
+        add(world, world.links.values()[i], families[forest.root(body)]);
   std::erase_if(closing, [&](std::uint32_t i) {
     const Family& family = families[forest.root(body_of(i))];
     const int more = more_than_a_point(world, i);

@@ -1,5 +1,7 @@
 #include "engine/world/partition.hpp"
 
+#include <numeric>
+
 #include "engine/base/disjoint_sets.hpp"
 #include "engine/world/features.hpp"
 #include "engine/world/world.hpp"
@@ -12,7 +14,7 @@ bool is_dynamic(const World& world, std::uint32_t slot) {
 }
 
 /// Merges the bodies that joints, surfaces, gears, belts, cables and pins connect.
-void join_tied(const World& world, DisjointSets& sets) {
+void join_tied(const World& world, const Scope& scope, DisjointSets& sets) {
   std::uint32_t last = kNoSlot;
   const auto join = [&](Entity body) {
     const std::uint32_t slot = world.bodies.slot(body);
@@ -24,7 +26,10 @@ void join_tied(const World& world, DisjointSets& sets) {
     last = kNoSlot;
     for (const Entity body : bodies) join(body);
   };
-  for (const Link& link : world.links.values()) join_all({link.a, link.b});
+  for (const std::uint32_t i : scope.links) {
+    const Link& link = world.links.values()[i];
+    join_all({link.a, link.b});
+  }
   for (const SurfaceContact& c : world.surface_contacts.values()) join_all({c.a, c.b});
   for (const Gear& r : world.gears.values()) {
     const Link *one = world.links.find(r.first), *two = world.links.find(r.second);
@@ -34,18 +39,22 @@ void join_tied(const World& world, DisjointSets& sets) {
     last = kNoSlot;
     for (const BeltPulley& p : belt.pulleys) join(p.body);
   }
-  for (const Cable& c : world.cables.values()) {
+  for (const std::uint32_t i : scope.cables) {
+    const Cable& c = world.cables.values()[i];
     join_all({c.a, c.b});
     for (const CableGuide& g : c.guides) join(g.body);
   }
-  for (const Pin& pin : world.pins.values()) join_all({pin.body, pin.to});
+  for (const std::uint32_t i : scope.pins) {
+    const Pin& pin = world.pins.values()[i];
+    join_all({pin.body, pin.to});
+  }
 }
 
 /// The sets that contain dynamic bodies, ordered by their lowest slot.
-std::vector<IslandPlan> list_sets(const World& world, DisjointSets& sets) {
+std::vector<IslandPlan> list_sets(const World& world, const Scope& scope, DisjointSets& sets) {
   std::vector<IslandPlan> made;
   std::vector<std::uint32_t> at(world.bodies.size(), kNoSlot);
-  for (std::uint32_t slot = 0; slot < world.bodies.size(); ++slot) {
+  for (const std::uint32_t slot : scope.bodies) {
     if (!is_dynamic(world, slot)) continue;
     std::uint32_t& place = at[sets.root(slot)];
     if (place == kNoSlot) place = static_cast<std::uint32_t>(made.size()), made.emplace_back();
@@ -64,26 +73,31 @@ std::vector<IslandPlan> list_sets(const World& world, DisjointSets& sets) {
 }
 
 /// The entities that "auto" does not support, by the slot of the first dynamic body of each.
-std::vector<Entity> list_beyond(const World& world) {
+std::vector<Entity> list_beyond(const World& world, const Scope& scope) {
   std::vector<Entity> beyond(world.bodies.size());
-  each_feature(world, [&](Entity owner, std::span<const Entity> bodies, Feature what, const char*) {
-    if (solver_for(Solver::articulated, what) == Solver::articulated) return;
-    for (const Entity body : bodies)
-      if (const std::uint32_t slot = world.bodies.slot(body); is_dynamic(world, slot)) {
-        if (!beyond[slot]) beyond[slot] = owner;
-        return;
-      }
-  });
+  each_feature(
+      world, scope, [&](Entity owner, std::span<const Entity> bodies, Feature what, const char*) {
+        if (solver_for(Solver::articulated, what) == Solver::articulated) return;
+        for (const Entity body : bodies)
+          if (const std::uint32_t slot = world.bodies.slot(body); is_dynamic(world, slot)) {
+            if (!beyond[slot]) beyond[slot] = owner;
+            return;
+          }
+      });
   return beyond;
 }
 
 }  // namespace
 
 std::vector<IslandPlan> find_islands(const World& world) {
+  return find_islands(world, Scope::all(world));
+}
+
+std::vector<IslandPlan> find_islands(const World& world, const Scope& scope) {
   DisjointSets sets(world.bodies.size());
-  join_tied(world, sets);
-  std::vector<IslandPlan> islands = list_sets(world, sets);
-  const std::vector<Entity> beyond = list_beyond(world);
+  join_tied(world, scope, sets);
+  std::vector<IslandPlan> islands = list_sets(world, scope, sets);
+  const std::vector<Entity> beyond = list_beyond(world, scope);
   for (IslandPlan& island : islands) {
     island.solver = row_of(island.settings.solver);
     if (island.settings.solver != Solver::articulated) continue;
@@ -93,6 +107,16 @@ std::vector<IslandPlan> find_islands(const World& world) {
     island.settings.solver = Solver::lagrangian, island.solver = row_of(Solver::lagrangian);
   }
   return islands;
+}
+
+Scope Scope::all(const World& world) {
+  const auto list = [](std::size_t count) {
+    std::vector<std::uint32_t> slots(count);
+    std::iota(slots.begin(), slots.end(), 0u);
+    return slots;
+  };
+  return {list(world.bodies.size()), list(world.links.size()), list(world.cables.size()),
+          list(world.pins.size()), list(world.collisions.size())};
 }
 
 const Partition& partition_of(const World& world) { return world.memory.of<Partition>(); }

@@ -10,6 +10,7 @@
 #include "engine/world/entity.hpp"
 #include "engine/world/faults.hpp"
 #include "engine/world/memory.hpp"
+#include "engine/world/scope.hpp"
 #include "engine/world/settings.hpp"
 #include "engine/world/solver_list.hpp"
 
@@ -60,6 +61,7 @@ struct Partition {
   std::uint64_t rest_version = 1;  // changes when an island falls asleep or wakes
   std::uint64_t awake_for = 0;     // the rest_version for which `awake` was listed
   std::vector<StructureFault> faults;
+  bool has_open_motors = false;  // a motor waits for its gain: see solvers/motor_gains.hpp
   std::uint64_t built_for = 0;   // World::structure() at the last build; 0: never
   std::uint64_t edit_count = 0;  // World::edit_count at that build
 
@@ -76,6 +78,7 @@ struct Partition {
     field("rest_version", derived(self.rest_version));
     field("awake_for", derived(self.awake_for));
     field("faults", derived(self.faults));
+    field("has_open_motors", derived(self.has_open_motors));
     field("built_for", derived(self.built_for));
     field("edit_count", derived(self.edit_count));
   }
@@ -85,6 +88,8 @@ struct Partition {
 /// solver of an island is that of its first body with settings; "auto" passes islands that it does
 /// not support to "lagrangian". Islands are ordered by their lowest slot.
 std::vector<IslandPlan> find_islands(const World& world);
+/// Those of a scope.
+std::vector<IslandPlan> find_islands(const World& world, const Scope& scope);
 
 /// The partition of the last step.
 const Partition& partition_of(const World& world);

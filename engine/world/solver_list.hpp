@@ -22,7 +22,8 @@ enum class Feature : std::uint8_t {
   restitution,  // of the limits of a joint
   ratio,        // of two joints
   soft_stop,    // a zone before a limit
-  pose_drive,   // a joint drive
+  pose_drive,   // a joint drive that is a spring
+  exact_drive,  // a joint drive that is a constraint
   cable,
   contact,
   spring_pin,   // of a pin
@@ -35,7 +36,7 @@ enum class Feature : std::uint8_t {
   belt_friction,
   closing  // a joint that closes a loop, and holds more than its point
 };
-inline constexpr int kFeatures = 19;
+inline constexpr int kFeatures = 20;
 
 template <class... F>
 constexpr std::uint32_t features(F... f) {
@@ -78,8 +79,8 @@ inline constexpr auto kSolverInfos = [] {
                  "paper"},
       SolverInfo{Solver::lagrangian, kLagrangian, SolverScope::any, true,
                  features(kind, spring, friction, motor, restitution, ratio, soft_stop, pose_drive,
-                          cable, contact, spring_pin, surface, cable_guide, surface_contact, belt,
-                          curve_contact, curve_friction, closing),
+                          exact_drive, cable, contact, spring_pin, surface, cable_guide,
+                          surface_contact, belt, curve_contact, curve_friction, closing),
                  "lagrangian", "exact joints of every kind, by constraint forces."},
       SolverInfo{Solver::planar, kPlanar, SolverScope::plane, true,
                  features(kind, spring, friction, motor, ratio, contact, belt, curve_contact,

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <numeric>
 #include <span>
 #include <string_view>
 #include <typeinfo>
@@ -44,9 +45,11 @@ class Store {
     }
     if (T* old = find(owner)) {
       ++version_, ++replaced_;
+      if (!is_new(slots_[owner.index])) keep_gone(owner, std::move(*old));
       return *old = std::move(value);
     }
     if (owner.index >= slots_.size()) slots_.resize(owner.index + 1, kNoSlot);
+    hides_ = hides_ || slots_[owner.index] != kNoSlot;
     slots_[owner.index] = static_cast<std::uint32_t>(values_.size());
     owners_.push_back(owner);
     values_.push_back(std::move(value));
@@ -56,17 +59,21 @@ class Store {
 
   /// Removes the components of all `doomed` entities in one pass; the order is kept.
   void remove(std::span<const Entity> doomed) {
-    std::size_t gone = 0;
+    std::size_t first = values_.size();
     for (Entity e : doomed) {
-      if (slot(e) == kNoSlot) continue;
-      owners_[slots_[e.index]] = Entity{};
+      const std::uint32_t at = slot(e);
+      if (at == kNoSlot) continue;
+      if (!is_new(at)) keep_gone(e, std::move(values_[at]));
+      owners_[at] = Entity{};
       slots_[e.index] = kNoSlot;
-      ++gone;
+      first = std::min<std::size_t>(first, at);
     }
-    if (gone == 0) return;
+    if (first == values_.size()) return;
+    if (hides_) first = 0;  // what the removed values hid is found again
     std::vector<std::uint32_t> now(first_new_ == kNoSlot ? 0 : values_.size(), kNoSlot);
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < values_.size(); ++i) {
+    std::iota(now.begin(), now.begin() + static_cast<std::ptrdiff_t>(now.empty() ? 0 : first), 0u);
+    std::size_t kept = first;
+    for (std::size_t i = first; i < values_.size(); ++i) {
       if (!owners_[i]) continue;
       if (!now.empty()) now[i] = static_cast<std::uint32_t>(kept);
       if (kept != i) values_[kept] = std::move(values_[i]), owners_[kept] = owners_[i];
@@ -123,7 +130,10 @@ class Store {
 
   /// Starts tracking: slot_now() tells where later removals move values. Costs no memory until
   /// something is removed.
-  void track_slots() { moved_ = {}, first_new_ = static_cast<std::uint32_t>(size()); }
+  void track_slots() {
+    moved_ = {}, first_new_ = static_cast<std::uint32_t>(size());
+    gone_.clear(), has_forgotten_ = false;
+  }
   /// Whether something was removed since track_slots().
   bool has_moved() const { return !moved_.empty(); }
   /// The present slot of the value that was in `slot` at the last track_slots(); kNoSlot if it was
@@ -131,6 +141,12 @@ class Store {
   std::uint32_t slot_now(std::uint32_t slot) const {
     if (moved_.empty()) return slot;
     return slot < moved_.size() ? moved_[slot] : kNoSlot;
+  }
+  /// The first slot whose value is now in another one, or removed; kNoSlot: none.
+  std::uint32_t first_moved() const {
+    for (std::uint32_t i = 0; i < moved_.size(); ++i)
+      if (moved_[i] != i) return i;
+    return kNoSlot;
   }
   /// The inverse: the slot at track_slots() of the value now in `slot`; kNoSlot for kNoSlot and for
   /// a value added since. Linear in the number of values after a removal.
@@ -142,6 +158,17 @@ class Store {
   }
   /// Whether the value in `slot` was added since track_slots().
   bool is_new(std::uint32_t slot) const { return slot >= first_new_; }
+  /// The first slot that is_new(); kNoSlot before track_slots().
+  std::uint32_t first_new() const { return first_new_; }
+
+  /// A value that was removed or replaced.
+  struct Gone {
+    Entity owner;
+    T value;
+  };
+  /// The values of track_slots() that were removed or replaced since, in this order; null if there
+  /// were more than kMostGone.
+  const std::vector<Gone>* gone() const { return has_forgotten_ ? nullptr : &gone_; }
 
   static void fields(auto& self, auto&& field) {
     field("values", self.values_);
@@ -152,11 +179,15 @@ class Store {
     field("removed", derived(self.removed_));
     field("moved", derived(self.moved_));
     field("first_new", derived(self.first_new_));
+    field("gone", derived(self.gone_));
+    field("has_forgotten", derived(self.has_forgotten_));
+    field("hides", derived(self.hides_));
   }
   /// Rebuilds the slots from the owners after reading; returns null, or the fault.
   const char* restored(const detail::Entities& entities) {
     if (owners_.size() != values_.size()) return "has different numbers of owners and values";
     slots_.clear(), moved_ = {}, first_new_ = kNoSlot;
+    gone_.clear(), has_forgotten_ = hides_ = false;
     for (std::size_t i = 0; i < owners_.size(); ++i) {
       const Entity owner = owners_[i];
       if (!entities.is_alive(owner)) return "has an owner that does not exist";
@@ -168,6 +199,16 @@ class Store {
   }
 
  private:
+  static constexpr std::size_t kMostGone = 1024;
+
+  void keep_gone(Entity owner, T&& value) {
+    if (first_new_ == kNoSlot || has_forgotten_) return;
+    has_forgotten_ = gone_.size() == kMostGone;
+    if (has_forgotten_)
+      gone_ = {};
+    else
+      gone_.push_back({owner, std::move(value)});
+  }
   /// Records a removal: `now` holds the new slots, by slot before it.
   void note_moves(std::vector<std::uint32_t> now) {
     const auto still = [](std::uint32_t slot) { return slot != kNoSlot; };
@@ -185,6 +226,9 @@ class Store {
   std::vector<std::uint32_t> moved_;   // by slot at track_slots(): the present slot; empty:
                                        // unchanged
   std::uint32_t first_new_ = kNoSlot;  // the first slot added since; kNoSlot: not tracked
+  std::vector<Gone> gone_;
+  bool has_forgotten_ = false;
+  bool hides_ = false;  // a value was added for an entity whose index another one with a value has
 };
 
 namespace detail {

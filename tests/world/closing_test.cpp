@@ -6,6 +6,7 @@
 #include <pantin/pantin.hpp>
 
 #include "engine/solvers/takeover.hpp"
+#include "engine/world/scope.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;
@@ -48,7 +49,8 @@ struct Ring {
   }
   std::vector<Entity> closing() const {
     std::vector<Entity> found;
-    for (const std::uint32_t i : list_closing(world)) found.push_back(world.links.owners()[i]);
+    for (const std::uint32_t i : list_closing(world, Scope::all(world).links))
+      found.push_back(world.links.owners()[i]);
     return found;
   }
 };

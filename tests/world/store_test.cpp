@@ -136,3 +136,41 @@ TEST_CASE("a store tells where values have gone since it was asked to, over seve
   CHECK(store.slot_now(1) == 1);
   CHECK_FALSE(store.is_new(store.slot(e[4])));
 }
+
+TEST_CASE("a value that a former handle of its index hid is found again once that is removed") {
+  detail::Entities entities;
+  Store<int> store;
+  const Entity former = entities.create();
+  entities.destroy(former);
+  const Entity now = entities.create();
+  REQUIRE(now.index == former.index);
+  store.add(now, 1), store.add(former, 2);
+  CHECK(store.find(now) == nullptr);
+  store.remove(former);
+  REQUIRE(store.find(now) != nullptr);
+  CHECK(*store.find(now) == 1);
+}
+
+TEST_CASE(
+    "a store keeps what was removed or replaced since it was asked, as long as it is little") {
+  detail::Entities entities;
+  Store<int> store;
+  std::vector<Entity> e;
+  for (int i = 0; i < 1200; ++i) e.push_back(entities.create()), store.add(e.back(), i);
+  store.remove(e[0]);
+  CHECK(store.gone()->empty());
+  store.track_slots();
+  CHECK(store.first_moved() == kNoSlot);
+  const Entity other = entities.create();
+  store.add(other, -1), store.add(other, -2), store.remove(other);  // was not there then
+  CHECK(store.gone()->empty());
+  store.add(e[5], -5), store.remove(e[7]);
+  REQUIRE(store.gone()->size() == 2);
+  CHECK(((*store.gone())[0].owner == e[5] && (*store.gone())[0].value == 5));
+  CHECK(((*store.gone())[1].owner == e[7] && (*store.gone())[1].value == 7));
+  CHECK(store.first_moved() == 6);
+  store.remove(e);
+  CHECK(store.gone() == nullptr);
+  store.track_slots();
+  CHECK(store.gone()->empty());
+}

@@ -12,6 +12,8 @@ namespace pantin::detail::articulated {
 
 /// Allocates scratch memory of islands that have none: after compile, and after a World was copied.
 void prepare(World& world);
+/// The same of one island.
+void prepare(const World& world, Island& a);
 
 /// Update stage: predicts the free motion of every body of an island over `h` seconds.
 void update(World& world, Island& a, Real h);

@@ -113,7 +113,7 @@ void keep_unchanged(World& world, std::vector<Island>& before, std::vector<Islan
     const std::uint32_t was = at[a.slots.front()];
     if (was == kNoSlot || !unchanged(before[was], a)) continue;
     a = renumbered(std::move(before[was]), a);
-    if (edited) rouse(world, a);
+    if (edited) stir(a);
   }
 }
 

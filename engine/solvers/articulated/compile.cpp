@@ -39,16 +39,21 @@ struct Neighbour {
 /// Lookup tables for packing trees.
 struct Builder {
   World& world;
+  const Scope& scope;
   Partition& partition;
   std::vector<std::uint32_t> neighbour_start;  // by slot, into neighbours
   std::vector<Neighbour> neighbours;
   std::vector<Anchorage> anchorages;  // sorted by body slot
   std::vector<Loop> loops;
   std::vector<std::uint32_t> column;  // by slot, in its island
-  std::vector<std::uint32_t> island;  // by slot
-  std::size_t kept = 0;               // the first islands stay as they are
+  std::vector<std::uint32_t> island;  // by slot, among those that are made
 
-  explicit Builder(World& w) : world(w), partition(w.memory.of<Partition>()) {}
+  Builder(World& w, const Scope& s)
+      : world(w),
+        scope(s),
+        partition(w.memory.of<Partition>()),
+        column(w.bodies.size(), kNoSlot),
+        island(w.bodies.size(), kNoSlot) {}
   /// Whether this solver moves the body.
   bool is_dynamic(std::uint32_t slot) const {
     const Owner owner = owner_of(partition, slot);
@@ -73,7 +78,7 @@ void read_links(Builder& b) {
   World& world = b.world;
   DisjointSets forest(world.bodies.size());
   std::vector<std::pair<std::uint32_t, Neighbour>> pairs;
-  for (const std::uint32_t i : growing_order(world)) {
+  for (const std::uint32_t i : growing_order(world, b.scope.links)) {
     const Link& link = world.links.values()[i];
     const Entity owner = world.links.owners()[i];
     const std::uint32_t sa = world.bodies.slot(link.a), sb = world.bodies.slot(link.b);
@@ -109,7 +114,7 @@ void read_links(Builder& b) {
 
 void read_pins(Builder& b) {
   World& world = b.world;
-  for (std::uint32_t i = 0; i < world.pins.size(); ++i) {
+  for (const std::uint32_t i : b.scope.pins) {
     const Pin& pin = world.pins.values()[i];
     const std::uint32_t slot = world.bodies.slot(pin.body);
     if (slot == kNoSlot) {
@@ -147,7 +152,7 @@ void read_pins(Builder& b) {
 }
 
 void check_strings(Builder& b) {
-  for (std::uint32_t i = 0; i < b.world.cables.size(); ++i) {
+  for (const std::uint32_t i : b.scope.cables) {
     const Cable& s = b.world.cables.values()[i];
     const std::uint32_t sa = b.world.bodies.slot(s.a), sb = b.world.bodies.slot(s.b);
     const bool all_exist = std::all_of(s.guides.begin(), s.guides.end(), [&](const CableGuide& g) {
@@ -256,7 +261,7 @@ PackedJoint packed_joint(const World& world, std::uint32_t link, std::uint32_t b
   PANTIN_ASSERT((world.bodies.slot(l.a) == body_slot) != (world.bodies.slot(l.b) == body_slot));
   j.own_is_a = world.bodies.slot(l.a) == body_slot;
   const JointDrive* drive = world.joint_drives.find(world.links.owners()[link]);
-  if (drive) j.drive = world.joint_drives.slot(world.links.owners()[link]);
+  if (drive && !drive->exact) j.drive = world.joint_drives.slot(world.links.owners()[link]);
   j.stiff = drive || info_of(j.joint.kind).uses_axes || j.joint.limits.any();
   return j;
 }
@@ -376,7 +381,7 @@ void pack_pins(Builder& b, const std::vector<Anchorage>& anchorages, const Plant
   }
 }
 
-/// Packs one island under this number.
+/// Packs one island, the next of those that are made.
 Island pack(Builder& b, const IslandPlan& plan, std::uint32_t index) {
   World& world = b.world;
   Island a;
@@ -401,7 +406,7 @@ Island pack(Builder& b, const IslandPlan& plan, std::uint32_t index) {
 
 void tie_loops(Builder& b, std::vector<Island>& made) {
   for (const Loop& loop : b.loops) {
-    Island& a = made[b.island[loop.body] - b.kept];
+    Island& a = made[b.island[loop.body]];
     PANTIN_ASSERT(b.island[loop.body] == b.island[loop.partner] &&
                   b.column[loop.body] != b.column[loop.partner]);
     PackedPin h;
@@ -416,7 +421,7 @@ void tie_loops(Builder& b, std::vector<Island>& made) {
 
 void add_cables(Builder& b, std::vector<Island>& made) {
   World& world = b.world;
-  for (std::uint32_t i = 0; i < world.cables.size(); ++i) {
+  for (const std::uint32_t i : b.scope.cables) {
     const Cable& s = world.cables.values()[i];
     if (!s.guides.empty()) continue;
     PackedCable cord;
@@ -428,42 +433,28 @@ void add_cables(Builder& b, std::vector<Island>& made) {
     if (b.column[owner] == kNoSlot) continue;  // between two kinematic bodies
     PANTIN_ASSERT(cord.column_a == kNoSlot || cord.column_b == kNoSlot ||
                   b.island[cord.slot_a] == b.island[cord.slot_b]);
-    made[b.island[owner] - b.kept].cables.push_back(cord);
+    made[b.island[owner]].cables.push_back(cord);
   }
 }
 
 }  // namespace
 
-void compile(World& world, std::span<const IslandPlan> plans) {
-  Builder b(world);
-  Islands& all = world.memory.of<Islands>();
-  b.kept = keep_first(world, plans, all.list);
+std::vector<Island> pack_islands(World& world, const Scope& scope,
+                                 std::span<const IslandPlan> plans) {
+  Builder b(world, scope);
   read_links(b);
   read_pins(b);
   check_strings(b);
-  b.column.assign(world.bodies.size(), kNoSlot);
-  b.island.assign(world.bodies.size(), kNoSlot);
   std::vector<Island> made;
-  made.reserve(plans.size() - b.kept);
-  for (std::size_t i = b.kept; i < plans.size(); ++i)
+  made.reserve(plans.size());
+  for (std::size_t i = 0; i < plans.size(); ++i)
     made.push_back(pack(b, plans[i], static_cast<std::uint32_t>(i)));
   add_cables(b, made);
   tie_loops(b, made);
   for (const Island& a : made)
     for (std::uint32_t c = 0; c < a.count(); ++c) b.partition.set_column(a.slots[c], c);
-  for (std::size_t i = 0; i < made.size(); ++i) made[i].unfit = plans[b.kept + i].unfit;
-  const auto first = all.list.begin() + std::ptrdiff_t(b.kept);
-  std::vector<Island> before(std::make_move_iterator(first),
-                             std::make_move_iterator(all.list.end()));
-  all.list.erase(first, all.list.end());
-  carry_over(world, before, made);
-  for (const Island& a : made) assert_packed(a);
-  if (all.list.empty())
-    all.list = std::move(made);
-  else
-    all.list.insert(all.list.end(), std::make_move_iterator(made.begin()),
-                    std::make_move_iterator(made.end()));
-  all.scratch.prepared = std::min(all.scratch.prepared, b.kept), all.crowd.is_known = false;
+  for (std::size_t i = 0; i < made.size(); ++i) made[i].unfit = plans[i].unfit;
+  return made;
 }
 
 }  // namespace pantin::detail::articulated

@@ -8,6 +8,7 @@
 
 namespace pantin::detail {
 struct StepTask;
+struct Rebuild;
 class Pace;
 }  // namespace pantin::detail
 
@@ -21,7 +22,10 @@ IslandView view_of(World& world, Island& a);
 void assert_packed(const Island& a);
 void assert_gathered(const Group& g);
 
-/// The end of compile(): carries the state of the previous islands over to those made from the same
+/// Packs islands from their plans, with all that ties them in the scope (compile.cpp).
+std::vector<Island> pack_islands(World& world, const Scope& scope,
+                                 std::span<const IslandPlan> plans);
+/// The end of a build: carries the state of the previous islands over to those made from the same
 /// bodies. Islands of unchanged structure keep their whole state.
 void carry_over(World& world, std::vector<Island>& before, std::vector<Island>& made);
 /// Before it: keeps the leading islands that are unchanged free bodies, and returns their number.
@@ -48,6 +52,8 @@ void predict_motion(World& world, Island& a, Real h);
 bool must_wake(const World& world, const Island& a);
 /// Wakes those islands that the caller, an anchor or gravity wakes.
 void wake_changed(World& world, const StepTask& task);
+/// Brings the lists up to date after a rebuild: without it they are listed again.
+void renumber_rests(World& world, const Rebuild& rebuild);
 /// Updates the lists of awake and sleeping islands.
 RestLists& rest_lists(World& world);
 /// Calls `each(island)` for the islands that were awake in the step.
@@ -68,8 +74,9 @@ bool has_rested(const World& world, Island& a, Real h);
 inline constexpr Real kTimeToSleep = 0.5;  // s
 /// rad/s of sleep speed per m/s.
 inline constexpr Real kTurning = 10;
-/// Wakes an island and resets its quiet time.
+/// Wakes an island and resets its quiet time; the same for one that is not in the list yet.
 void rouse(World& world, Island& a);
+void stir(Island& a);
 /// Sets the targets of roots and pins for this step (predict.cpp).
 void set_targets(const World& world, Island& a, Real h);
 
@@ -157,6 +164,8 @@ bool end_parts(World& world, Island& a, const PartedStep& step, Entity& lost);
 inline void forget_result(Island& a) { a.lost = Entity{}, a.energy_removed = 0, a.jammed = false; }
 /// Batches of islands of equal structure (crowd.cpp): finds them after a build; steps them.
 void find_crowds(const World& world, Islands& all);
+/// After a rebuild: batches lose islands, and are found again after many came.
+void renumber_crowds(Islands& all, const Rebuild& rebuild);
 void step_crowds(World& world, const StepTask& task);
 void reserve_ties(Island& a);
 void reserve_tie_rows(Island& a);

@@ -116,7 +116,7 @@ void assert_loops(const Group& g) {
   for ([[maybe_unused]] const GroupLoops& l : g.loops) {
     PANTIN_ASSERT(l.ties > 0 && is_part(l.first_tie, l.ties, g.ties.size()));
     PANTIN_ASSERT(l.trees > 0 && is_part(l.first_tree, l.trees, g.trees.size()));
-    PANTIN_ASSERT(is_part(l.factor, l.ties * l.ties * kBlockNumbers, g.numbers.size()));
+    PANTIN_ASSERT(is_part(l.row, l.ties * kBlockNumbers, g.numbers.size()));
     PANTIN_ASSERT(is_part(l.left, 3 * l.ties, g.numbers.size()));
     for (std::uint32_t i = 0; i < l.ties; ++i) {
       [[maybe_unused]] const GroupTie& t = g.ties[l.first_tie + i];

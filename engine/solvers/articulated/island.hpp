@@ -4,6 +4,7 @@
 ///
 /// Compiled from the components when the structure changes; kept from step to step.
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -23,6 +24,10 @@
 #include "engine/world/memory.hpp"
 #include "engine/world/partition.hpp"
 #include "engine/world/settings.hpp"
+
+namespace pantin::detail {
+struct Rebuild;
+}
 
 namespace pantin::detail::articulated {
 
@@ -177,12 +182,16 @@ struct JointMemory {
   Real torque_fraction = 1;        // fraction of the drive's torque that its limit allows
   Vec3 torque{0};  // N m, through the joint in the last step, without springs, if known
   Real angle = 0;  // rad, of an actuated joint, full turns counted
+  // N m: of spring, friction and motor along their coordinate, mean over the last step; NaN where
+  // their laws hold at the end of the step.
+  Real actuation = std::numeric_limits<Real>::quiet_NaN();
 
   static void fields(auto& self, auto&& field) {
     field("lambdas", self.lambdas);
     field("torque_fraction", self.torque_fraction);
     field("angle", self.angle);
     field("torque", passive(self.torque));
+    field("actuation", passive(self.actuation));
   }
 };
 
@@ -361,8 +370,11 @@ struct RestLists {
     std::uint32_t island = 0;
     std::uint32_t slot = kNoSlot;  // of its only body, if free and untied; else kNoSlot
   };
-  std::vector<std::uint32_t> awake;  // islands, ascending
+  std::vector<std::uint32_t> changed;  // islands that fell asleep or woke since
+  std::vector<std::uint32_t> awake;    // islands, ascending
   std::vector<Sleeper> sleepers;
+  std::vector<std::uint32_t> more_awake;  // these two while lists are merged
+  std::vector<Sleeper> more_sleepers;
   std::vector<std::uint32_t> touched;  // sleeping islands with contacts in this step
   Vec3 gravity{0};                     // m/s^2, when they were listed
   std::uint64_t version = 0;           // Partition::rest_version then
@@ -393,6 +405,8 @@ inline const std::vector<Island>& islands_of(const World& world) {
 /// others, state is carried over body by body. Links that this solver cannot use are left out and
 /// listed in the partition's faults.
 void compile(World& world, std::span<const IslandPlan> plans);
+/// The same for the islands that a change concerns; the others stay as they are.
+void recompile(World& world, const Rebuild& rebuild);
 
 }  // namespace pantin::detail::articulated
 

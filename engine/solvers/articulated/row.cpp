@@ -38,6 +38,13 @@ void adjust_all(World& world, const StepTask& task) {
 
 bool sleeps(const World& world, std::size_t island) { return islands_of(world)[island].asleep; }
 
+void list_awake(const World& world, std::vector<std::uint32_t>& slots) {
+  each_awake(world, [&](const Island& a) {
+    if (!a.asleep)
+      slots.insert(slots.end(), a.slots.begin(), a.slots.begin() + std::ptrdiff_t(a.count()));
+  });
+}
+
 const char* fault(const World& world) {
   for (const Island& a : islands_of(world)) {
     if (const char* why = a.unfit ? nullptr : settings_fault(a.settings)) return why;
@@ -151,6 +158,7 @@ void report(const World& world, StepReport& report) {
 const SolverRow kRow{.name = "articulated",
                      .feels_contacts = true,
                      .compile = compile,
+                     .recompile = recompile,
                      .prepare = prepare,
                      .wake_changed = wake_changed,
                      .predict = predict,
@@ -158,6 +166,7 @@ const SolverRow kRow{.name = "articulated",
                      .fault = fault,
                      .asleep = all_asleep,
                      .sleeps = sleeps,
+                     .list_awake = list_awake,
                      .find_reaches = find_reaches,
                      .take_contacts = take_contacts,
                      .adjust = adjust_all,

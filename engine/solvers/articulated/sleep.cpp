@@ -1,8 +1,10 @@
 // Sleep of islands at rest: falling asleep, and what wakes them.
 #include <algorithm>
+#include <functional>
 
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
+#include "engine/solvers/rebuild.hpp"
 #include "engine/solvers/solver.hpp"
 
 namespace pantin::detail::articulated {
@@ -20,7 +22,20 @@ bool is_disturbed(const Body& b) {
   return b.restart || b.teleport || b.velocity != Vec3(0) || b.angular_velocity != Vec3(0);
 }
 
-void note_rest(World& world) { ++world.memory.of<Partition>().rest_version; }
+void sort_once(std::vector<std::uint32_t>& islands) {
+  std::sort(islands.begin(), islands.end());
+  islands.erase(std::unique(islands.begin(), islands.end()), islands.end());
+}
+
+/// To be called when an island fell asleep or woke.
+void note_rest(World& world, const Island& a) {
+  Islands& all = world.memory.of<Islands>();
+  PANTIN_ASSERT(&a >= all.list.data() && &a < all.list.data() + all.list.size());
+  std::vector<std::uint32_t>& changed = all.rest.changed;
+  if (changed.size() == changed.capacity()) sort_once(changed);
+  changed.push_back(static_cast<std::uint32_t>(&a - all.list.data()));
+  ++world.memory.of<Partition>().rest_version;
+}
 
 }  // namespace
 
@@ -51,25 +66,101 @@ void wake_pushed(World& world) {
 
 }  // namespace
 
+namespace {
+
+bool precedes(const RestLists::Sleeper& a, const RestLists::Sleeper& b) {
+  return a.island < b.island;
+}
+
+/// Lists an island; the lists are put in order later.
+void list_island(const World& world, Islands& all, std::uint32_t i) {
+  RestLists& r = all.rest;
+  Island& a = all.list[i];
+  if (!a.asleep) return r.awake.push_back(i);
+  const bool is_alone = a.count() == 1 && a.parents[0] == kFree && !is_tied(a) && !a.unfit;
+  r.sleepers.push_back({i, is_alone ? a.slots[0] : kNoSlot});
+  a.in_group = false, a.scratch.contact_rows.clear();
+  if (a.asleep_gravity != world.gravity) r.gravity = a.asleep_gravity;
+}
+
+/// Puts the values from the `first` on into the ascending ones before them. Both are ascending;
+/// `aside` has room for the latter. Allocates nothing.
+template <class T, class Precedes>
+void merge_from(std::vector<T>& list, std::ptrdiff_t first, std::vector<T>& aside,
+                const Precedes& before) {
+  aside.assign(list.begin() + first, list.end());
+  auto to = list.end();
+  for (auto kept = list.begin() + first; !aside.empty(); aside.pop_back()) {
+    for (; kept != list.begin() && before(aside.back(), kept[-1]); --kept) *--to = kept[-1];
+    *--to = aside.back();
+  }
+}
+
+/// Room for all islands, so that no step needs more.
+void reserve(RestLists& r, std::size_t islands) {
+  r.changed.reserve(2 * islands);
+  r.awake.reserve(islands), r.sleepers.reserve(islands);
+  r.more_awake.reserve(islands), r.more_sleepers.reserve(islands);
+}
+
+/// Lists `more` islands, which are ascending and in no list.
+void list_islands(const World& world, Islands& all, std::span<const std::uint32_t> more) {
+  RestLists& r = all.rest;
+  const auto awake = std::ptrdiff_t(r.awake.size()), sleepers = std::ptrdiff_t(r.sleepers.size());
+  for (const std::uint32_t i : more) list_island(world, all, i);
+  merge_from(r.awake, awake, r.more_awake, std::less<>());
+  merge_from(r.sleepers, sleepers, r.more_sleepers, precedes);
+}
+
+/// Lists all islands.
+void list_all(const World& world, Islands& all) {
+  RestLists& r = all.rest;
+  r.gravity = world.gravity;
+  reserve(r, all.list.size());
+  r.awake.clear(), r.sleepers.clear();
+  for (std::uint32_t i = 0; i < all.list.size(); ++i) list_island(world, all, i);
+}
+
+}  // namespace
+
 RestLists& rest_lists(World& world) {
   Islands& all = world.memory.of<Islands>();
   RestLists& r = all.rest;
   const std::uint64_t version = partition_of(world).rest_version;
   if (r.version == version) return r;
-  r.version = version, r.gravity = world.gravity;
-  r.awake.clear(), r.sleepers.clear(), r.touched.clear();
-  for (std::uint32_t i = 0; i < all.list.size(); ++i) {
-    Island& a = all.list[i];
-    if (!a.asleep) {
-      r.awake.push_back(i);
-      continue;
-    }
-    const bool is_alone = a.count() == 1 && a.parents[0] == kFree && !is_tied(a) && !a.unfit;
-    r.sleepers.push_back({i, is_alone ? a.slots[0] : kNoSlot});
-    a.in_group = false, a.scratch.contact_rows.clear();
-    if (a.asleep_gravity != world.gravity) r.gravity = a.asleep_gravity;
+  for (const std::uint32_t i : r.touched) all.list[i].scratch.contact_rows.clear();
+  if (r.version == 0 || r.gravity != world.gravity) {
+    list_all(world, all);
+  } else {
+    sort_once(r.changed);
+    const auto has_changed = [&](std::uint32_t i) {
+      return std::binary_search(r.changed.begin(), r.changed.end(), i);
+    };
+    std::erase_if(r.awake, has_changed);
+    std::erase_if(r.sleepers, [&](const auto& s) { return has_changed(s.island); });
+    list_islands(world, all, r.changed);
   }
+  r.version = version;
+  r.changed.clear(), r.touched.clear();
   return r;
+}
+
+void renumber_rests(World& world, const Rebuild& rebuild) {
+  Islands& all = world.memory.of<Islands>();
+  RestLists& r = all.rest;
+  if (r.version == 0) return;
+  reserve(r, all.list.size());
+  const auto renumber = [&](std::vector<std::uint32_t>& islands) {
+    for (std::uint32_t& i : islands) i = rebuild.now[i];
+    std::erase(islands, Rebuild::kGone);
+  };
+  renumber(r.awake), renumber(r.changed), renumber(r.touched);
+  for (RestLists::Sleeper& s : r.sleepers) {
+    s.island = rebuild.now[s.island];
+    if (s.slot != kNoSlot) s.slot = world.bodies.slot_now(s.slot);
+  }
+  std::erase_if(r.sleepers, [](const auto& s) { return s.island == Rebuild::kGone; });
+  list_islands(world, all, rebuild.places);
 }
 
 void wake_changed(World& world, const StepTask& task) {
@@ -89,10 +180,14 @@ void wake_changed(World& world, const StepTask& task) {
   rest_lists(world);
 }
 
-void rouse(World& world, Island& a) {
+void stir(Island& a) {
   a.asleep = a.rested = false;
   a.quiet_time = a.rest_time = 0;
-  note_rest(world);
+}
+
+void rouse(World& world, Island& a) {
+  stir(a);
+  note_rest(world, a);
 }
 
 void wake(World& world, Island& a, Real h) {
@@ -142,7 +237,7 @@ void fall_asleep(World& world, Island& a) {
   a.asleep = true;
   a.asleep_gravity = world.gravity;
   a.sweeps_used = 0, a.limited = false;
-  note_rest(world);
+  note_rest(world, a);
   for (std::uint32_t c = 0; c < a.count(); ++c) {
     Body& b = world.bodies.values()[a.slots[c]];
     b.velocity = b.angular_velocity = Vec3(0);
