@@ -1,13 +1,35 @@
 #pragma once
 /// Small dense blocks of sparse symmetric factors, up to six rows and columns: L D L^T of diagonal
 /// blocks, and the updates of the others. The scalar type is Real or one like it. R is the number
-/// of rows and columns if it is known at compile time, else 0.
+/// of rows and W that of columns if they are known at compile time, else 0. All forms of a function
+/// take the same steps in the same order, so results do not depend on which one is called.
 #include <cstddef>
+#include <type_traits>
 
 #include "engine/base/invariants.hpp"
 #include "engine/base/math.hpp"
 
 namespace pantin::detail {
+
+/// Calls `act` with a size of 1 to 6 as a compile-time constant.
+template <class F>
+decltype(auto) with_size(std::size_t size, const F& act) {
+  PANTIN_ASSERT(size >= 1 && size <= 6);
+  switch (size) {
+    case 1:
+      return act(std::integral_constant<int, 1>{});
+    case 2:
+      return act(std::integral_constant<int, 2>{});
+    case 3:
+      return act(std::integral_constant<int, 3>{});
+    case 4:
+      return act(std::integral_constant<int, 4>{});
+    case 5:
+      return act(std::integral_constant<int, 5>{});
+    default:  // 6
+      return act(std::integral_constant<int, 6>{});
+  }
+}
 
 /// The pivot with its expected sign; see PivotRule.
 inline Real pivot_size(Real pivot, Real sign) { return sign * pivot; }
@@ -57,9 +79,9 @@ struct BlockSize {
 };
 
 /// Y = L^-1 B into `y`, and D^-1 Y in place of B.
-template <int R, class T>
+template <int R, int W = R, class T>
 void solve_lower(const T* d, T* b, T* y, const BlockSize& size) {
-  const std::size_t n = R ? R : size.rows, width = R ? R : size.width;
+  const std::size_t n = R ? R : size.rows, width = W ? W : size.width;
   for (std::size_t c = 0; c < n; ++c) {
     PANTIN_ASSERT(width <= 6);
     T own[6];  // a local copy stays in registers, since nothing can alias it
@@ -80,9 +102,9 @@ struct PairSize {
 };
 
 /// T -= Z^T Y. Of a diagonal block only the lower part is read later.
-template <int R, class T>
+template <int R, int Z = R, int W = R, class T>
 void subtract_product(const T* z, const T* y, T* t, const PairSize& size) {
-  const std::size_t n = R ? R : size.rows, wz = R ? R : size.width_z, wy = R ? R : size.width_y;
+  const std::size_t n = R ? R : size.rows, wz = Z ? Z : size.width_z, wy = W ? W : size.width_y;
   for (std::size_t r = 0; r < wz; ++r) {
     T row[6];
     for (std::size_t s = 0; s < wy; ++s) row[s] = t[r * wy + s];
@@ -95,9 +117,9 @@ void subtract_product(const T* z, const T* y, T* t, const PairSize& size) {
 }
 
 /// other -= B^T own, and own -= B other, for one off-diagonal block of the factor.
-template <int R, class T>
+template <int R, int W = R, class T>
 void update_forward(const T* b, const T* own, T* other, const BlockSize& size) {
-  const std::size_t n = R ? R : size.rows, width = R ? R : size.width;
+  const std::size_t n = R ? R : size.rows, width = W ? W : size.width;
   PANTIN_ASSERT(width <= 6);
   T sum[6];
   for (std::size_t r = 0; r < width; ++r) sum[r] = other[r];
@@ -107,9 +129,9 @@ void update_forward(const T* b, const T* own, T* other, const BlockSize& size) {
   }
   for (std::size_t r = 0; r < width; ++r) other[r] = sum[r];
 }
-template <int R, class T>
+template <int R, int W = R, class T>
 void update_back(const T* b, T* own, const T* other, const BlockSize& size) {
-  const std::size_t n = R ? R : size.rows, width = R ? R : size.width;
+  const std::size_t n = R ? R : size.rows, width = W ? W : size.width;
   for (std::size_t k = 0; k < n; ++k) {
     T sum = own[k];
     for (std::size_t r = 0; r < width; ++r) sum -= b[k * width + r] * other[r];

@@ -154,8 +154,8 @@ std::string told(const Outcome& o) {
 
 }  // namespace
 
-// Measured: none of 300 runs gains energy (at most 5e-4 of its scale); 5 of the first 60 and 28 of
-// all are more than 5 cm below the ground for a step, at most 1.12 m: steps of 1/20 s, light arms
+// Measured: none of 300 runs gains energy (at most 5e-4 of its scale); 8 of the first 60 and 30 of
+// all are more than 5 cm below the ground for a step, at most 0.64 m: steps of 1/20 s, light arms
 // of heavy bodies, densities six decades apart, that whip through the ground where their prediction
 // does not go; limits that leave no way out. Violation 1.5e-12 rad, gaps 1.4e-14.
 TEST_CASE("random jointed bodies with limits survive a fall") {
@@ -166,8 +166,8 @@ TEST_CASE("random jointed bodies with limits survive a fall") {
   CHECK(o.gap <= 1e-12);
   CHECK(o.growing == 0);
   CHECK(o.growth <= 2e-3);
-  CHECK(o.deep <= 6);
-  CHECK(o.depth <= 0.6);
+  CHECK(o.deep <= 8);
+  CHECK(o.depth <= 0.4);
 }
 
 TEST_CASE("three hundred falls", "[.soak]") {

@@ -18,8 +18,8 @@ namespace {
 /// Error of Contact::rest at which bodies may fall asleep, as a fraction of the shallow overlap.
 constexpr Real kSettled = 5e-4;
 /// Sleep freezes forces: it waits until speeds fall below this fraction of the sleep speed, or for
-/// this time, s.
-constexpr Real kDead = 1e-3, kPatience = 3;
+/// this time, s; in heaps of free bodies for the last.
+constexpr Real kDead = 1e-3, kPatience = 3, kPatienceInHeap = 1;
 /// In a heap, bodies spinning in place may sleep at a spin this many times larger.
 constexpr Real kSpinsInHeap = 10;
 
@@ -126,6 +126,7 @@ void write_joint(World& world, Island& a, const GroupNode& n, Real h) {
   if (!n.joint) return;
   JointMemory& memory = a.joint_memory[n.column];
   memory.torque_fraction = n.drive_share, memory.torque = n.reaction.torque / h;
+  memory.actuation = std::numeric_limits<Real>::quiet_NaN();
   for (int s = 0; s < 4; ++s) memory.lambdas[s] = h * h * n.limits[s].impulse;
   a.stops_hit += std::any_of(std::begin(n.limits), std::end(n.limits),
                              [](const GroupLimit& l) { return l.impulse != 0; });
@@ -215,6 +216,7 @@ void let_sleep(World& world, const Group& g, Real h) {
   bool rested = false;  // current island; among trees, arms may swing for long
   const bool is_heap = g.trees.empty() && !g.has_at_most(kFewBodies);
   const Real turning = is_heap ? kSpinsInHeap * kTurning : kTurning;
+  const Real patience = is_heap ? kPatienceInHeap : kPatience;
   for (const GroupBody& f : g.bodies) {
     if (f.per_mass == 0) {
       still = still && f.velocity == Vec3(0) && f.spin == Vec3(0);
@@ -231,7 +233,7 @@ void let_sleep(World& world, const Group& g, Real h) {
     if (!a.contact_active || drives || !(speed < slow && spin < turning * slow)) a.quiet_time = 0;
     const bool dead = speed < kDead * slow && spin < kTurning * kDead * slow;
     still =
-        still && !drives && (rested || a.quiet_time > (dead && settled ? kTimeToSleep : kPatience));
+        still && !drives && (rested || a.quiet_time > (dead && settled ? kTimeToSleep : patience));
   }
   for (const GroupTie& t : g.ties) still = still && t.kind != GroupTie::Kind::cable;
   for (const GroupTree& t : g.trees) still = still && t.from == t.to && t.held_spin == Vec3(0);

@@ -143,6 +143,7 @@ struct GroupNode : NodeBody, NodeResponse {
   Wrench free_pending, free_load;  // forget_impulses()
   Wrench passing;                  // through the joint in the substep
   Vec3 pulled{0};                  // N s through the joint in the substep before
+  Vec3 pulled_earlier{0};          // and in the one before that
   Mat3 tautness{0};                // kg m^2: h^2 times geometric stiffness, see stiffen()
   SpatialInertia pressed;          // added by bodies pressing on it, see press()
   Vec3 goal{0};                    // m: mass centre integrated by its velocity
@@ -254,10 +255,11 @@ struct GroupTie {
   Real along = 0;                           // of a cable, 1/kg
   std::uint32_t first_step = 0, steps = 0;  // rigid tie: its path to the root
   std::uint32_t first = 0;                  // rigid: first tie of its island that is coupled to it
-  Real yield = 0;                           // 1/kg, regularisation
-  bool is_joint = false;                    // `number` is a column of the island
-  Vec3 impulse{0};                          // N s of a substep on b, of a cable its tension in x
-  Vec3 passed{0};                           // N s over the step so far
+  std::size_t row = 0;    // rigid: in GroupScratch::number_list, from block `first`
+  Real yield = 0;         // 1/kg, regularisation
+  bool is_joint = false;  // `number` is a column of the island
+  Vec3 impulse{0};        // N s of a substep on b, of a cable its tension in x
+  Vec3 passed{0};         // N s over the step so far
 };
 
 /// The rigid ties of one island, solved together: group_loops.cpp.
@@ -266,7 +268,7 @@ struct GroupLoops {
   std::uint32_t first_tree = 0, trees = 0;
   std::uint32_t first_step = 0;  // in GroupScratch::path_steps, of a body's path to the root
   Real open = 0;                 // m: smaller gaps are closed gradually
-  std::size_t factor = 0;        // in GroupScratch::number_list: a row of blocks for each tie
+  std::size_t row = 0;           // in GroupScratch::number_list: a row while it is factored
   std::size_t left = 0;          // there too: the vector z of group_loops.cpp
 };
 
@@ -274,6 +276,7 @@ struct GroupLoops {
 struct LoopedBody {
   std::uint32_t loops = 0, node = 0;  // in the group
   std::size_t rows = 0;               // in GroupScratch::number_list: by force, then by torque
+  std::uint32_t first = 0;            // the rows before this tie's are zero
   bool known = false;                 // computed in this substep
   Response response;                  // with all loops closed
 };
@@ -286,13 +289,22 @@ struct RestBody {
   Wrench residual, direction;  // of momentum; of Newton's method
 };
 
+/// An impulse along the axes of a contact, with regard to Coulomb's cone.
+struct ConeImpulse {
+  enum class At : std::uint8_t { apex, inside, surface };  // no impulse, held, sliding
+  Vec3 impulse{0};                                         // N s
+  At at = At::apex;
+  Real normal = 0, aside = 0;  // on the surface, N s: of the impulse, of what was projected there
+  Vec3 across{0};              // likewise: unit, its direction across the normal
+};
+
 /// A contact of such a group, along its axes.
 struct RestContact {
-  bool near = false, slides = false;
+  bool near = false;
   bool may_press = false, presses = false;  // predicted active; so in the first iteration
   Real compliance = 0;                      // 1/kg
   Vec3 goal{0}, speed{0}, change{0};        // m/s, of a's point relative to b's
-  Vec3 impulse{0};                          // N s
+  ConeImpulse cone;
 };
 
 /// One group of a step: bodies that touch one another, and the fixed ones that they touch.
@@ -449,15 +461,20 @@ void end_loops(const Group& g);
 /// Change of a body's motion by the loops' impulses so far.
 Wrench change_by_loops(const Group& g, const LoopedBody& b);
 void push_looped(const Group& g, const LoopedBody& b, const Wrench& impulse);
-/// m: largest gap at the current poses; updates `apart` of all ties.
-Real worst_gap(const Group& g, const GroupLoops& l);
+/// The gaps of loops at the current poses.
+struct LoopGaps {
+  Real worst = 0;    // m
+  Real squares = 0;  // m^2, their sum
+};
+/// Measures the gaps; updates `apart` of all ties.
+LoopGaps gaps_of(const Group& g, const GroupLoops& l);
 /// Closes cut joints exactly by translating trees; their gaps move to the loops.
 void close_cuts(const Group& g);
 /// Adds to `passing` the impulses that close gaps larger than `open`.
 void push_closing(const Group& g, const GroupLoops& l);
-/// Whether gaps are larger than `open`; closes them by rotating bodies at the start of a substep.
-/// The latter returns whether the equations must be rebuilt (group_motion.cpp).
-bool are_open(const Group& g);
+/// Whether gaps are larger than `open` by this factor; closes them by rotating bodies at the start
+/// of a substep. The latter returns whether the equations must be rebuilt (group_motion.cpp).
+bool are_open(const Group& g, Real times = 1);
 bool close_loops(const Group& g, const GroupPart& part);
 
 }  // namespace pantin::detail::articulated

@@ -16,7 +16,7 @@ namespace {
 /// Overlaps up to this fraction of a body's size are removed by translation.
 constexpr Real kShallow = 5e-3;
 /// A joint that carries the impulses of more tie ends is cut.
-constexpr std::uint32_t kMostEnds = 16;
+constexpr std::uint32_t kMostEnds = 8;
 
 /// One body without joints.
 bool is_body(const Island& a) { return a.count() == 1 && a.parents[0] == kFree; }
@@ -44,7 +44,7 @@ GroupNode gather_node(const World& world, const Island& a, std::size_t column) {
   n.mass = a.constants.at(kMass, column), n.inertia = a.constants.vec(kInertia, column);
   n.own_anchor = a.constants.vec(kOwnAnchor, column);
   n.parent_anchor = a.constants.vec(kParentAnchor, column);
-  n.pulled = force_of_multiplier(a) * a.memory.vec(kLambda, column);
+  n.pulled = n.pulled_earlier = force_of_multiplier(a) * a.memory.vec(kLambda, column);
   if (a.parents[column] == kFree || a.joints.empty() || !a.joints[column].stiff) return n;
   const PackedJoint& joint = a.joints[column];
   const JointMemory& memory = a.joint_memory[column];

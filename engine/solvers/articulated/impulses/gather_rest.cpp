@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "engine/solvers/articulated/impulses/gather.hpp"
+#include "engine/solvers/articulated/impulses/graph_order.hpp"
 #include "engine/solvers/articulated/impulses/group_points.hpp"
 
 namespace pantin::detail::articulated {
@@ -12,22 +13,14 @@ constexpr std::size_t kLeastPoints = 2;
 /// Block products of the factor, per contact: above this, sweeps are cheaper.
 constexpr std::size_t kMostProducts = 50;
 
-/// The contact graph of the last group's free bodies: neighbours of body i are `links` from
-/// `ends[i]` to `ends[i + 1]`.
-void find_links(GroupScratch& r, const GroupScratch::Range& range, std::size_t count) {
+/// The contact graph of the last group's free bodies.
+void link_bodies(GroupScratch& r, const GroupScratch::Range& range, std::size_t count) {
   const auto contacts = std::span(r.contacts).subspan(range.first_contact);
-  const auto for_pairs = [&](auto&& visit) {
+  find_links(r, count, [&](auto&& visit) {
     for (std::size_t i = 0; i < contacts.size(); ++i) {
       const GroupContact& c = contacts[i];
       if (c.b < count && (i == 0 || !have_same_bodies(c, contacts[i - 1]))) visit(c.a, c.b);
     }
-  };
-  r.ends.assign(count + 2, 0);
-  for_pairs([&](std::uint32_t a, std::uint32_t b) { ++r.ends[a + 2], ++r.ends[b + 2]; });
-  for (std::size_t i = 2; i < r.ends.size(); ++i) r.ends[i] += r.ends[i - 1];
-  r.links.resize(r.ends.back());
-  for_pairs([&](std::uint32_t a, std::uint32_t b) {
-    r.links[r.ends[a + 1]++] = b, r.links[r.ends[b + 1]++] = a;
   });
 }
 
@@ -39,33 +32,6 @@ bool has_faces(std::span<const GroupContact> contacts) {
   return contacts.size() >= kLeastPoints * pairs;
 }
 
-/// Leaves in `roots` an order of the bodies of small bandwidth. [Cuthill & McKee 1969]
-void find_order(GroupScratch& r, std::size_t count) {
-  const auto degree = [&](std::uint32_t i) { return r.ends[i + 1] - r.ends[i]; };
-  r.roots.clear(), r.numbered.assign(count, kNone);
-  const auto add = [&](std::uint32_t i) {
-    r.numbered[i] = static_cast<std::uint32_t>(r.roots.size()), r.roots.push_back(i);
-  };
-  for (std::size_t next = 0; r.roots.size() < count;) {
-    std::uint32_t start = kNone;
-    for (std::uint32_t i = 0; i < count; ++i)
-      if (r.numbered[i] == kNone && (start == kNone || degree(i) < degree(start))) start = i;
-    add(start);
-    for (; next < r.roots.size(); ++next) {
-      const std::size_t first = r.roots.size();
-      const std::uint32_t body = r.roots[next];
-      for (std::uint32_t k = r.ends[body]; k < r.ends[body + 1]; ++k)
-        if (r.numbered[r.links[k]] == kNone) add(r.links[k]);
-      const auto by_degree = [&](std::uint32_t i, std::uint32_t j) {
-        return std::pair(degree(i), i) < std::pair(degree(j), j);
-      };
-      std::sort(r.roots.begin() + static_cast<std::ptrdiff_t>(first), r.roots.end(), by_degree);
-      for (std::size_t i = first; i < r.roots.size(); ++i)
-        r.numbered[r.roots[i]] = static_cast<std::uint32_t>(i);
-    }
-  }
-}
-
 }  // namespace
 
 void gather_resting(GroupScratch& r, const GroupScratch::Range& range, Real h) {
@@ -75,7 +41,7 @@ void gather_resting(GroupScratch& r, const GroupScratch::Range& range, Real h) {
       r.rollings.size() > range.first_rolling || !is_calm(bodies, count, h) ||
       !has_faces(std::span(r.contacts).subspan(range.first_contact)))
     return;
-  find_links(r, range, count);
+  link_bodies(r, range, count);
   find_order(r, count);
   std::size_t blocks = 0, products = 0;
   for (std::size_t row = 0; row < count; ++row) {

@@ -4,6 +4,7 @@
 
 #include "engine/contact/detect.hpp"
 #include "engine/solvers/articulated/impulses/gather.hpp"
+#include "engine/solvers/articulated/impulses/graph_order.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
@@ -103,9 +104,13 @@ void gather_loops(GroupScratch& r, const GroupScratch::Range& range, GroupLoops 
   }
   l.first_step = static_cast<std::uint32_t>(r.path_steps.size() - range.first_step);
   r.path_steps.resize(r.path_steps.size() + deepest);
-  const std::size_t rows = l.ties;
-  l.factor = r.numbers - range.first_number, r.numbers += rows * rows * kBlockNumbers;
-  l.left = r.numbers - range.first_number, r.numbers += 3 * rows;
+  const auto take = [&](std::size_t numbers) {
+    r.numbers += numbers;
+    return r.numbers - numbers - range.first_number;
+  };
+  for (std::uint32_t i = 0; i < l.ties; ++i)
+    ties[i].row = take((i - ties[i].first + 1) * kBlockNumbers);
+  l.row = take(l.ties * kBlockNumbers), l.left = take(3 * l.ties);
   r.loops.push_back(l);
 }
 
@@ -130,19 +135,36 @@ std::uint32_t gather_cuts(GroupScratch& r, const GroupScratch::Range& range, con
   return count;
 }
 
-/// Sorts ties by their trees; cut joints, which connect few trees to many, come last.
+/// Sorts the ties of an island so that those of the same or neighbouring trees are close together.
 void sort_ties(GroupScratch& r, const GroupScratch::Range& range, const GroupLoops& l) {
+  const auto ties = std::span(r.ties).subspan(range.first_tie + l.first_tie, l.ties);
   const auto tree = [&](std::uint32_t body) {
     const std::uint32_t node = r.bodies[range.first_body + body].node;
-    return node == kNoNode ? 0 : r.nodes[range.first_node + node].tree;
+    return node == kNoNode ? kNone : r.nodes[range.first_node + node].tree - l.first_tree;
   };
-  const auto key = [&](const GroupTie& t) {
-    const std::uint32_t a = tree(t.a), b = tree(t.b);
-    return std::tuple(t.is_joint, std::min(a, b), std::max(a, b), t.number);
+  const auto sort_by = [&](auto&& place) {
+    const auto key = [&](const GroupTie& t) {
+      const std::uint32_t a = tree(t.a), b = tree(t.b);
+      const std::uint32_t first = a == kNone ? place(b) : place(a),
+                          second = b == kNone ? first : place(b);
+      return std::tuple(std::min(first, second), std::max(first, second), t.is_joint, t.number);
+    };
+    std::sort(ties.begin(), ties.end(),
+              [&](const GroupTie& x, const GroupTie& y) { return key(x) < key(y); });
   };
-  const auto ties = std::span(r.ties).subspan(range.first_tie + l.first_tie, l.ties);
-  std::sort(ties.begin(), ties.end(),
-            [&](const GroupTie& x, const GroupTie& y) { return key(x) < key(y); });
+  sort_by([](std::uint32_t number) { return number; });
+  if (l.trees < 3) return;
+  find_links(r, l.trees, [&](auto&& visit) {
+    std::uint32_t a = kNone, b = kNone;
+    for (const GroupTie& t : ties) {
+      const std::uint32_t first = tree(t.a), second = tree(t.b);
+      if (first == kNone || second == kNone || first == second) continue;
+      if (std::minmax(first, second) == std::minmax(a, b)) continue;
+      visit(a = first, b = second);
+    }
+  });
+  find_order(r, l.trees);
+  sort_by([&](std::uint32_t number) { return l.trees - 1 - r.numbered[number]; });
 }
 
 /// Lists a body on which a contact or tie acts, if its island has loops.

@@ -35,12 +35,13 @@ constexpr Real kFastestReturn = 4;
 
 constexpr std::size_t kWide = kBlockWide;
 
-Real* row_of(const Group& g, const GroupLoops& l, std::size_t tie) {
-  PANTIN_ASSERT(tie < l.ties);
-  return g.numbers.data() + l.factor + tie * l.ties * 3 * kWide;
-}
 std::span<GroupTie> ties_of(const Group& g, const GroupLoops& l) {
   return g.ties.subspan(l.first_tie, l.ties);
+}
+/// A block of the factor: those of a row follow one another.
+Real* block_of(const Group& g, const GroupTie& row, std::size_t column) {
+  PANTIN_ASSERT(column >= row.first);
+  return g.numbers.data() + row.row + (column - row.first) * kBlockNumbers;
 }
 
 /// Impulses and their moments, by those along the axes of the world.
@@ -146,7 +147,7 @@ void add_responses(const Group& g, std::span<const PathStep> path, std::uint32_t
 
 /// m - a b^T.
 Mat3 less_products(const Mat3& m, const Real* a, const Real* b, std::size_t columns) {
-  Real block[3 * kWide] = {};
+  Real block[kBlockNumbers] = {};
   set_block(block, m);
   kernels().subtract_products(block, a, b, columns);
   return Mat3(block[0], block[1], block[2], block[kWide], block[kWide + 1], block[kWide + 2],
@@ -183,31 +184,29 @@ void divide_row(const Group& g, const GroupLoops& l, Real* row, Blocks blocks) {
   PANTIN_ASSERT(first <= end && end <= l.ties);
   const std::span<GroupTie> ties = ties_of(g, l);
   for (std::uint32_t j = first; j < end; ++j) {
-    const std::size_t from = std::max(first, ties[j].first), width = 3 * kWide;
-    const Real* other = row_of(g, l, j);
+    const std::size_t from = std::max(first, ties[j].first), width = kBlockNumbers;
     if (j > from)
-      kernels().subtract_products(row + j * width, row + from * width, other + from * width,
+      kernels().subtract_products(row + j * width, row + from * width, block_of(g, ties[j], from),
                                   3 * (j - from));
-    divide(row + j * width, other + j * width);
+    divide(row + j * width, block_of(g, ties[j], j));
   }
 }
 
 void factor(const Group& g, const GroupLoops& l) {
   const std::span<GroupTie> ties = ties_of(g, l);
   list_steps(g, l);
+  Real* const row = g.numbers.data() + l.row;
   for (std::uint32_t i = 0; i < l.ties; ++i) {
     GroupTie& t = ties[i];
-    Real* row = row_of(g, l, i);
-    Real* own = row + i * 3 * kWide;
-    const std::size_t from = t.first;
-    std::fill(row + from * 3 * kWide, own + 3 * kWide, Real(0));
+    Real *const begin = row + t.first * kBlockNumbers, *const own = row + i * kBlockNumbers;
+    std::fill(begin, own + kBlockNumbers, Real(0));
     add_responses(g, way_of(g, t), i, row);
     t.yield = kYield / 3 * (own[0] + own[kWide + 1] + own[2 * kWide + 2]);
     for (int k = 0; k < 3; ++k) own[k * kWide + k] += t.yield;
     divide_row(g, l, row, {t.first, i});
-    kernels().subtract_products(own, row + from * 3 * kWide, row + from * 3 * kWide,
-                                3 * (i - from));
+    kernels().subtract_products(own, begin, begin, 3 * (i - t.first));
     factor_block(own, 0.01 * t.yield);
+    std::copy(begin, own + kBlockNumbers, block_of(g, t, t.first));
   }
 }
 
@@ -220,11 +219,12 @@ Vec3 limited(Vec3 speed) {
 void solve_forwards(const Group& g, const GroupLoops& l) {
   Real* z = g.numbers.data() + l.left;
   for (std::uint32_t i = 0; i < l.ties; ++i) {
-    const Real* row = row_of(g, l, i);
+    const GroupTie& t = ties_of(g, l)[i];
+    const Real* block = block_of(g, t, t.first);
     Real sum[kWide] = {};
-    for (std::size_t k = 3 * ties_of(g, l)[i].first; k < 3 * i; ++k)
-      for (std::size_t r = 0; r < kWide; ++r) sum[r] += row[k * kWide + r] * z[k];
-    const Real* d = row + i * 3 * kWide;
+    for (std::size_t k = 3 * t.first; k < 3 * i; ++k, block += kWide)
+      for (std::size_t r = 0; r < kWide; ++r) sum[r] += block[r] * z[k];
+    const Real* const d = block;
     Real* x = z + 3 * i;
     x[0] = (x[0] - sum[0]) * d[0];
     x[1] = (x[1] - sum[1] - d[1] * x[0]) * d[kWide + 1];
@@ -236,14 +236,15 @@ void solve_forwards(const Group& g, const GroupLoops& l) {
 void solve_backwards(const Group& g, const GroupLoops& l) {
   Real* z = g.numbers.data() + l.left;
   for (std::uint32_t i = l.ties; i-- > 0;) {
-    const Real* row = row_of(g, l, i);
-    const Real* d = row + i * 3 * kWide;
+    const GroupTie& t = ties_of(g, l)[i];
+    const Real* const d = block_of(g, t, i);
     Real* x = z + 3 * i;
     x[2] *= d[2 * kWide + 2];
     x[1] = (x[1] - d[kWide + 2] * x[2]) * d[kWide + 1];
     x[0] = (x[0] - d[1] * x[1] - d[2] * x[2]) * d[0];
-    for (std::size_t k = 3 * ties_of(g, l)[i].first; k < 3 * i; ++k)
-      z[k] -= row[k * kWide] * x[0] + row[k * kWide + 1] * x[1] + row[k * kWide + 2] * x[2];
+    const Real* block = block_of(g, t, t.first);
+    for (std::size_t k = 3 * t.first; k < 3 * i; ++k, block += kWide)
+      z[k] -= block[0] * x[0] + block[1] * x[1] + block[2] * x[2];
   }
 }
 
@@ -267,12 +268,12 @@ void push_at(const Group& g, std::uint32_t body, Vec3 arm, Vec3 impulse) {
 }
 
 /// Geometric stiffness of a tension at a point of a body, times h^2: it resists rotation about axes
-/// across the lever from the joint to the point. `impulse` is h times the tension's impulse.
-void add_pull(const Group& g, std::uint32_t body, Vec3 lever, Vec3 impulse) {
-  const std::uint32_t node = node_of(g, body);
-  const Real size = glm::dot(lever, lever), pull = glm::dot(impulse, lever);
-  if (node == kNoNode || !(pull > 0)) return;
-  g.nodes[node].tautness += pull * (Mat3(1) - glm::outerProduct(lever, lever) / size);
+/// across the lever from the joint to the point. `pull`: h times the tension's impulse, along the
+/// lever times its length.
+void add_pull(GroupNode& n, Vec3 lever, Real pull) {
+  if (!(pull > 0)) return;
+  const Real size = glm::dot(lever, lever);
+  n.tautness += pull * (Mat3(1) - glm::outerProduct(lever, lever) / size);
 }
 
 Vec3 lever_of(const GroupNode& n, const GroupBody& b, Vec3 anchor) {
@@ -282,31 +283,31 @@ Vec3 lever_of(const GroupNode& n, const GroupBody& b, Vec3 anchor) {
 }  // namespace
 
 void stiffen(const Group& g, Real h) {
-  for (const GroupLoops& l : g.loops) {
-    const std::span<GroupTree> trees = g.trees.subspan(l.first_tree, l.trees);
-    for (const GroupTree& t : trees)
-      for (std::uint32_t i = t.first; i < t.first + t.count; ++i) g.nodes[i].tautness = Mat3(0);
-    if (!(h > 0)) continue;
-    const auto pull = [&](std::uint32_t body, Vec3 anchor, Vec3 impulse) {
-      const GroupBody& b = g.bodies[body];
-      if (b.node != kNoNode) add_pull(g, body, lever_of(g.nodes[b.node], b, anchor), h * impulse);
-    };
+  for (GroupNode& n : g.nodes) n.tautness = Mat3(0);
+  if (!(h > 0)) return;
+  const auto pull = [&](std::uint32_t body, Vec3 anchor, Vec3 impulse) {
+    const std::uint32_t node = node_of(g, body);
+    if (node == kNoNode) return;
+    const Vec3 lever = lever_of(g.nodes[node], g.bodies[body], anchor);
+    add_pull(g.nodes[node], lever, h * glm::dot(impulse, lever));
+  };
+  for (const GroupLoops& l : g.loops)
     for (const GroupTie& t : ties_of(g, l))
       pull(t.a, t.anchor_a, -t.impulse), pull(t.b, t.anchor_b, t.impulse);
-    for (const GroupTree& t : trees)
-      for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
-        const GroupNode& n = g.nodes[i];
-        if (n.parent != kNoNode) pull(g.nodes[n.parent].body, n.parent_anchor, -n.pulled);
-      }
-    for (const GroupTree& t : trees)
-      for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
-        GroupNode& n = g.nodes[i];
-        const Vec3 arm = n.free_root ? Vec3(0) : n.own_anchor;
-        const Real own =
-            std::max({n.inertia.x, n.inertia.y, n.inertia.z}) + n.mass * glm::dot(arm, arm);
-        const Real all = 0.5 * (n.tautness[0][0] + n.tautness[1][1] + n.tautness[2][2]);
-        n.tautness *= all > kTaut * own ? 1 - kTaut * own / all : 0;
-      }
+  for (const GroupNode& n : g.nodes) {
+    if (n.parent == kNoNode) continue;
+    GroupNode& to = g.nodes[n.parent];
+    const Vec3 lever = lever_of(to, g.bodies[to.body], n.parent_anchor);
+    // A tension that lasts, not that of an impact.
+    const Real lasting = std::max(glm::dot(n.pulled, lever), glm::dot(n.pulled_earlier, lever));
+    add_pull(to, lever, -h * lasting);
+  }
+  for (GroupNode& n : g.nodes) {
+    const Vec3 arm = n.free_root ? Vec3(0) : n.own_anchor;
+    const Real own =
+        std::max({n.inertia.x, n.inertia.y, n.inertia.z}) + n.mass * glm::dot(arm, arm);
+    const Real all = 0.5 * (n.tautness[0][0] + n.tautness[1][1] + n.tautness[2][2]);
+    n.tautness *= all > kTaut * own ? 1 - kTaut * own / all : 0;
   }
 }
 
@@ -349,8 +350,9 @@ void prepare_looped(const Group& g, std::uint32_t body) {
   if (b.looped == kNoNode || g.looped[b.looped].known) return;
   LoopedBody& looped = g.looped[b.looped];
   const GroupLoops& l = g.loops[looped.loops];
-  const std::size_t width = 3 * kWide;
+  const std::size_t width = kBlockNumbers;
   PANTIN_ASSERT(b.node == looped.node);
+  looped.first = std::min(l.ties, g.trees[g.nodes[b.node].tree].first_tie);
   Real* const by_force = g.numbers.data() + looped.rows;
   Real* const by_torque = by_force + l.ties * width;
   for (Real* row : {by_force, by_torque}) {
@@ -362,16 +364,16 @@ void prepare_looped(const Group& g, std::uint32_t body) {
     }
     const auto count =
         static_cast<std::uint32_t>(to - g.path_steps.data() - std::ptrdiff_t(l.first_step));
-    const std::uint32_t first = std::min(l.ties, g.trees[g.nodes[b.node].tree].first_tie);
-    std::fill(row, row + l.ties * width, Real(0));
+    std::fill(row + looped.first * width, row + l.ties * width, Real(0));
     add_responses(g, g.path_steps.subspan(l.first_step, count), l.ties, row);
-    divide_row(g, l, row, {first, l.ties});
+    divide_row(g, l, row, {looped.first, l.ties});
   }
   const Response& own = g.nodes[b.node].response;
-  const std::size_t columns = 3 * l.ties;
-  looped.response.vf = less_products(own.vf, by_force, by_force, columns);
-  looped.response.vt = less_products(own.vt, by_force, by_torque, columns);
-  looped.response.wt = less_products(own.wt, by_torque, by_torque, columns);
+  const std::size_t columns = 3 * (l.ties - looped.first), skipped = looped.first * width;
+  const Real *const force = by_force + skipped, *const torque = by_torque + skipped;
+  looped.response.vf = less_products(own.vf, force, force, columns);
+  looped.response.vt = less_products(own.vt, force, torque, columns);
+  looped.response.wt = less_products(own.wt, torque, torque, columns);
   looped.known = true;
 }
 
@@ -406,9 +408,9 @@ Wrench change_by_loops(const Group& g, const LoopedBody& b) {
   const GroupLoops& l = g.loops[b.loops];
   const Real* z = g.numbers.data() + l.left;
   const Real* by_force = g.numbers.data() + b.rows;
-  const Real* by_torque = by_force + l.ties * 3 * kWide;
+  const Real* by_torque = by_force + l.ties * kBlockNumbers;
   Real f[kWide] = {}, t[kWide] = {};
-  for (std::size_t k = 0; k < 3 * l.ties; ++k)
+  for (std::size_t k = 3 * b.first; k < 3 * l.ties; ++k)
     for (std::size_t r = 0; r < kWide; ++r) {
       f[r] -= by_force[k * kWide + r] * z[k];
       t[r] -= by_torque[k * kWide + r] * z[k];
@@ -421,21 +423,22 @@ void push_looped(const Group& g, const LoopedBody& b, const Wrench& impulse) {
   const GroupLoops& l = g.loops[b.loops];
   Real* z = g.numbers.data() + l.left;
   const Real* by_force = g.numbers.data() + b.rows;
-  const Real* by_torque = by_force + l.ties * 3 * kWide;
-  for (std::size_t k = 0; k < 3 * l.ties; ++k) {
+  const Real* by_torque = by_force + l.ties * kBlockNumbers;
+  for (std::size_t k = 3 * b.first; k < 3 * l.ties; ++k) {
     const Real *f = by_force + k * kWide, *t = by_torque + k * kWide;
     z[k] += f[0] * impulse.force.x + f[1] * impulse.force.y + f[2] * impulse.force.z +
             t[0] * impulse.torque.x + t[1] * impulse.torque.y + t[2] * impulse.torque.z;
   }
 }
 
-Real worst_gap(const Group& g, const GroupLoops& l) {
-  Real worst = 0;
+LoopGaps gaps_of(const Group& g, const GroupLoops& l) {
+  LoopGaps gaps;
   for (GroupTie& t : ties_of(g, l)) {
     t.apart = to_world(g.bodies[t.b].pose, t.anchor_b) - to_world(g.bodies[t.a].pose, t.anchor_a);
-    worst = std::max(worst, glm::length(t.apart));
+    gaps.worst = std::max(gaps.worst, glm::length(t.apart));
+    gaps.squares += glm::dot(t.apart, t.apart);
   }
-  return worst;
+  return gaps;
 }
 
 void close_cuts(const Group& g) {
@@ -476,10 +479,10 @@ CrossResponse cross_response_of(const Group& g, std::uint32_t a, std::uint32_t b
   if (g.bodies[a].looped == kNoNode || g.bodies[b].looped == kNoNode) return x;
   const LoopedBody &first = g.looped[g.bodies[a].looped], &second = g.looped[g.bodies[b].looped];
   PANTIN_ASSERT(first.loops == second.loops && first.known && second.known);
-  const std::size_t columns = 3 * g.loops[first.loops].ties;
-  const Real* const rows_a = g.numbers.data() + first.rows;
-  const Real* const rows_b = g.numbers.data() + second.rows;
-  const std::size_t torque = columns * kWide;
+  const std::uint32_t ties = g.loops[first.loops].ties, from = std::max(first.first, second.first);
+  const std::size_t columns = 3 * (ties - from), torque = ties * kBlockNumbers;
+  const Real* const rows_a = g.numbers.data() + first.rows + from * kBlockNumbers;
+  const Real* const rows_b = g.numbers.data() + second.rows + from * kBlockNumbers;
   x.vf = less_products(x.vf, rows_a, rows_b, columns);
   x.vt = less_products(x.vt, rows_a, rows_b + torque, columns);
   x.wf = less_products(x.wf, rows_a + torque, rows_b, columns);

@@ -249,7 +249,7 @@ void add_reactions(const Group& g, const GroupTree& t) {
     gained.torque -= n.begin.torque + n.load.torque;
     n.passing += gained;
     if (n.free_root) continue;
-    n.pulled = n.passing.force;
+    n.pulled_earlier = n.pulled, n.pulled = n.passing.force;
     n.reaction.force += n.passing.force;
     n.reaction.torque += n.passing.torque - n.actuator.impulse * n.actuator.axis;
     if (n.has_spring) {
@@ -262,21 +262,35 @@ void add_reactions(const Group& g, const GroupTree& t) {
   }
 }
 
+/// The motion that joints prevented in a substep.
+struct Prevented {
+  Real way = 0;     // relative to the motion, as speeds weighted by mass
+  Real gained = 0;  // J, kinetic energy if velocities followed it
+  Real lifted = 0;  // J, by it against weight and applied forces
+};
+
+Prevented prevented_in(const Group& g, const GroupTree& t, Real h) {
+  Prevented p;
+  Real kept = 0, all = 0;
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+    const GroupNode& n = g.nodes[i];
+    const GroupBody& b = g.bodies[n.body];
+    const Vec3 change = n.missed_by / h;
+    p.gained += n.mass * glm::dot(change, b.velocity + 0.5 * change);
+    p.lifted -= n.mass * glm::dot(n.missed_by, b.acceleration);
+    kept += n.mass * glm::dot(change, change), all += n.mass * glm::dot(b.velocity, b.velocity);
+  }
+  p.way = kept > 0 ? std::sqrt(kept / all) : 0;
+  return p;
+}
+
 /// Moves velocities towards the average velocities of the substep where that removes energy: the
 /// motion that joints prevented is lost. Small corrections come from the curvature of paths alone;
 /// their share is smaller, so that the loss vanishes with the step.
-void slow_to_way(const Group& g, const GroupTree& t, Real h) {
-  Real gained = 0, kept = 0, all = 0;
-  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
-    const GroupNode& n = g.nodes[i];
-    const Vec3 change = n.missed_by / h;
-    const Vec3 velocity = g.bodies[n.body].velocity;
-    gained += n.mass * glm::dot(change, velocity + 0.5 * change);
-    kept += n.mass * glm::dot(change, change), all += n.mass * glm::dot(velocity, velocity);
-  }
-  if (!(gained < 0)) return;
+void slow_to_way(const Group& g, const GroupTree& t, const Prevented& p, Real h) {
+  if (!(p.gained < 0)) return;
   PANTIN_ASSERT(h > 0);
-  const Real share = std::min(Real(1), std::sqrt(kept / all) / kFastWay) / h;
+  const Real share = std::min(Real(1), p.way / kFastWay) / h;
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i)
     g.bodies[g.nodes[i].body].velocity += share * g.nodes[i].missed_by;
 }
@@ -329,8 +343,10 @@ void release_tree(const Group& g, GroupTree& t, const GroupPart& part) {
     b.angular_momentum = b.pose.rotation * turned_momentum(inside, n.inertia, part.h);
   }
   if (!(part.h > 0)) return;
-  const Real energy = inner_energy(g, t);
-  slow_to_way(g, t, part.h);
+  const Prevented prevented = prevented_in(g, t, part.h);
+  Real energy = inner_energy(g, t);
+  if (prevented.way > kFastWay) energy -= std::max(Real(0), prevented.lifted);
+  slow_to_way(g, t, prevented, part.h);
   if (is_free(g, t)) keep_angular_momentum(g, t, before);
   bound_inner_energy(g, t, energy);
 }
@@ -345,31 +361,33 @@ void move_trees(const Group& g, const GroupPart& part) {
   }
 }
 
-bool are_open(const Group& g) {
+bool are_open(const Group& g, Real times) {
   return std::any_of(g.loops.begin(), g.loops.end(),
-                     [&](const GroupLoops& l) { return worst_gap(g, l) > l.open; });
+                     [&](const GroupLoops& l) { return gaps_of(g, l).worst > times * l.open; });
 }
 
 bool close_loops(const Group& g, const GroupPart& part) {
   bool moved = false;
   for (const GroupLoops& l : g.loops) {
     const std::span<GroupTree> trees = g.trees.subspan(l.first_tree, l.trees);
-    const Real gap = worst_gap(g, l);
-    if (!(gap > l.open)) continue;
+    const LoopGaps gaps = gaps_of(g, l);
+    if (!(gaps.worst > l.open)) continue;
     for (const GroupTree& t : trees)
       for (std::uint32_t i = t.first; i < t.first + t.count; ++i) g.nodes[i].passing = {};
     push_closing(g, l);
     Real most = 0;
     for (const GroupTree& t : trees) most = std::max(most, respond_to_impulses(g, t));
-    Real share = kFarthestTurn / std::max(kFarthestTurn, most), now = gap;
-    for (; share > kSmallestShare; share *= 0.5) {
+    // The response is linearised: limit the largest rotation, and halve it while gaps widen.
+    Real share = kFarthestTurn / std::max(kFarthestTurn, most);
+    LoopGaps now = gaps;
+    for (const Real least = kSmallestShare * share; share > least; share *= 0.5) {
       for (const GroupTree& t : trees)
         turn_by(g, t, share), place_by_joints(g, t, place_of(t, part.begin));
-      now = worst_gap(g, l);
-      if (now < gap) break;
+      now = gaps_of(g, l);
+      if (now.squares < gaps.squares) break;
       for (const GroupTree& t : trees) turn_back(g, t);
     }
-    moved = moved || (now < gap && now > kNearlyClosed * l.open);
+    moved = moved || (now.squares < gaps.squares && now.worst > kNearlyClosed * l.open);
   }
   return moved;
 }

@@ -9,6 +9,8 @@ namespace {
 /// Newton iterations that close loops, of few ties and of many.
 constexpr int kClosingRounds = 16, kClosingRoundsOfMany = 4;
 constexpr std::size_t kManyTies = 24;
+/// Multiples of GroupLoops::open: many ties with wider gaps are given as many rounds as few.
+constexpr Real kWideOpen = 50;
 /// m/s: margin on closing speeds, since impulses of the substep may make bodies approach faster;
 /// the largest speed in the group, if that is more.
 constexpr Real kSuddenSpeed = 2;
@@ -38,9 +40,10 @@ void prepare_closed(const Group& g, const GroupPart& part, Real h) {
   stiffen(g, h);
   if (are_open(g)) {
     press(g);
-    const int most = g.ties.size() < kManyTies ? kClosingRounds : kClosingRoundsOfMany;
     bool open = true;
-    for (int round = 0; open && round < most; ++round) {
+    for (int round = 0; open && round < kClosingRounds; ++round) {
+      if (round >= kClosingRoundsOfMany && g.ties.size() >= kManyTies && !are_open(g, kWideOpen))
+        break;
       prepare_trees(g, part);
       prepare_loops(g);
       open = close_loops(g, part);

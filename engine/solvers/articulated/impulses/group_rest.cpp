@@ -40,13 +40,17 @@ constexpr Real kDeep = 2;
 constexpr Real kClosed = 0.2, kCloses = 1e-2, kSunk = 1e-6;
 /// Margin of the predicted active set, as a fraction of the speed that weight gives in a step.
 constexpr Real kMayPress = 0.1;
+/// An impulse slides if it is longer across than this fraction of its bound.
+constexpr Real kOnCone = 1 - 1e-9;
 constexpr int kFirstIterations = 2, kSearchSteps = 40;
 /// Continuation: multiples of the compliance, and iterations with each.
 constexpr std::pair<Real, int> kSofter[] = {{1e4, 20}, {1e3, 20}, {1e2, 20}, {1e1, 20}, {1, 20}};
 /// Tolerance of the residual, as a fraction of the fastest speed without contacts, which counts as
-/// kLeastSpeed (m/s) at least; kNearly times that where rounding stops progress. With soft points,
-/// a larger residual than kHopeless means that the search would not converge.
-constexpr Real kBalanced = 1e-9, kNearly = 100, kLeastSpeed = 1e-6, kHopeless = 1e-2;
+/// kLeastSpeed (m/s) at least; kNearly times that where rounding stops progress; kRoughly with soft
+/// points. With soft points, a larger residual than kHopeless means that the search would not
+/// converge.
+constexpr Real kBalanced = 1e-9, kRoughly = 1e-2, kNearly = 100, kLeastSpeed = 1e-6,
+               kHopeless = 1e-2;
 /// Tolerance of a line search, as a fraction of its initial slope.
 constexpr Real kSearched = 1e-3;
 
@@ -77,30 +81,41 @@ Vec3 speed_of(const Group& g, const GroupContact& c, Wrench RestBody::*motion) {
       c.axes, a.force + glm::cross(a.torque, c.arm_a) - b.force - glm::cross(b.torque, c.arm_b));
 }
 
-/// The contact law: impulse along the axes, and minus its derivative by the velocity.
-struct Law {
-  Vec3 impulse{0};
-  Mat3 stiffness{0};
-  bool slides = false;
-};
+using At = ConeImpulse::At;
 
-Law law_of(const RestContact& r, Real friction, Vec3 speed) {
+/// The impulse of a contact: (goal - speed) / R, projected to the cone.
+ConeImpulse cone_of(const RestContact& r, Real friction, Vec3 speed) {
   const Vec3 y = (r.goal - speed) / r.compliance;
   const Real aside = std::sqrt(y.y * y.y + y.z * y.z);
-  Law law;
-  if (aside <= friction * y.x) {
-    law.impulse = y, law.stiffness = Mat3(1 / r.compliance);
-    return law;
-  }
-  if (friction * aside <= -y.x) return law;
-  const Real whole = 1 + friction * friction, normal = (y.x + friction * aside) / whole;
+  if (aside <= friction * y.x) return {y, At::inside};
+  if (friction * aside <= -y.x) return {};
+  const Real normal = (y.x + friction * aside) / (1 + friction * friction);
   const Vec3 across = Vec3(0, y.y, y.z) / aside;
-  const Vec3 along = Vec3(1, 0, 0) + friction * across;
-  law.impulse = normal * along, law.slides = true;
-  law.stiffness = glm::outerProduct(along, along / whole) / r.compliance;
-  const Mat3 turning = Mat3(0, 0, 0, 0, 1, 0, 0, 0, 1) - glm::outerProduct(across, across);
-  law.stiffness += friction * normal / (aside * r.compliance) * turning;
-  return law;
+  return {normal * (Vec3(1, 0, 0) + friction * across), At::surface, normal, aside, across};
+}
+
+/// The same if the contact holds, slides or does not act as with the impulse of the last step.
+ConeImpulse cone_as_before(const RestContact& r, const GroupContact& c) {
+  const Vec3 last = c.impulse, y = (r.goal - r.speed) / r.compliance;
+  if (!(last.x > 0)) return {};
+  const Real aside = std::sqrt(last.y * last.y + last.z * last.z);
+  if (aside < kOnCone * c.friction * last.x) return {y, At::inside};
+  const Vec3 across = aside > 0 ? Vec3(0, last.y, last.z) / aside : Vec3(0);
+  const Vec3 along = Vec3(1, 0, 0) + c.friction * across;
+  return {glm::dot(along, y) / glm::dot(along, along) * along, At::surface, 0, 1, across};
+}
+
+/// Minus the derivative of that impulse by the speed.
+Mat3 stiffness_of(const RestContact& r, Real friction) {
+  const ConeImpulse& cone = r.cone;
+  if (cone.at == At::inside) return Mat3(1 / r.compliance);
+  if (cone.at == At::apex) return Mat3(0);
+  const Real whole = 1 + friction * friction;
+  const Vec3 along = Vec3(1, 0, 0) + friction * cone.across;
+  const Mat3 turning =
+      Mat3(0, 0, 0, 0, 1, 0, 0, 0, 1) - glm::outerProduct(cone.across, cone.across);
+  return glm::outerProduct(along, along / whole) / r.compliance +
+         friction * cone.normal / (cone.aside * r.compliance) * turning;
 }
 
 /// Inertia about the mass centre, world axes.
@@ -149,8 +164,10 @@ bool begin_contacts(const Group& g, Real h) {
   return true;
 }
 
-/// Computes the residuals of momentum. Returns the largest as a speed of a body, m/s.
-Real measure(const Group& g) {
+/// Computes the residuals of momentum with the impulses `impulse_of(r, c)`. Returns the largest as
+/// a speed of a body, m/s.
+template <class ImpulseOf>
+Real measure(const Group& g, const ImpulseOf& impulse_of) {
   for (std::size_t i = 0; i < g.resting.size(); ++i) {
     RestBody& r = g.resting[i];
     const Wrench now = momentum_of(g.bodies[i], r, r.motion),
@@ -162,9 +179,8 @@ Real measure(const Group& g) {
     RestContact& r = g.rest_contacts[i];
     if (!r.near) continue;
     r.speed = speed_of(g, c, &RestBody::motion);
-    const Law law = law_of(r, c.friction, r.speed);
-    r.impulse = law.impulse, r.slides = law.slides;
-    const Vec3 p = to_world(c, r.impulse);
+    r.cone = impulse_of(r, c);
+    const Vec3 p = to_world(c, r.cone.impulse);
     g.resting[c.a].residual += {-p, -glm::cross(c.arm_a, p)};
     if (c.b < g.resting.size()) g.resting[c.b].residual += {p, glm::cross(c.arm_b, p)};
   }
@@ -176,6 +192,12 @@ Real measure(const Group& g) {
                      size_of(b) * glm::length(b.response * left.torque)});
   }
   return most;
+}
+
+Real measure(const Group& g) {
+  return measure(g, [](const RestContact& r, const GroupContact& c) {
+    return cone_of(r, c.friction, r.speed);
+  });
 }
 
 /// block += [X Y; Z W] by rows, each of three.
@@ -215,14 +237,12 @@ void assemble(const Group& g, const BlockEnvelope& e) {
     const GroupContact& c = g.contacts[i];
     RestContact& r = g.rest_contacts[i];
     if (!r.near) continue;
-    Law law = law_of(r, c.friction, r.speed);
-    if (law.impulse == Vec3(0)) {
-      if (!r.presses) continue;
-      law.stiffness = Mat3(1 / r.compliance);
-    }
+    const bool acts = r.cone.at != At::apex;
+    if (!acts && !r.presses) continue;
     r.presses = false;
     const Mat3 axes(c.axes[0], c.axes[1], c.axes[2]);
-    const Mat3 k = axes * law.stiffness * glm::transpose(axes);
+    const Mat3 stiffness = acts ? stiffness_of(r, c.friction) : Mat3(1 / r.compliance);
+    const Mat3 k = axes * stiffness * glm::transpose(axes);
     const End a{g.resting[c.a].row, cross_matrix(c.arm_a)};
     add_contact(e, k, a, a);
     if (c.b >= g.resting.size()) continue;
@@ -274,8 +294,8 @@ struct Slope {
     for (std::size_t i = 0; i < g.contacts.size(); ++i) {
       const RestContact& r = g.rest_contacts[i];
       if (!r.near) continue;
-      const Law law = law_of(r, g.contacts[i].friction, r.speed + part * r.change);
-      sum -= glm::dot(law.impulse, r.change);
+      const ConeImpulse cone = cone_of(r, g.contacts[i].friction, r.speed + part * r.change);
+      sum -= glm::dot(cone.impulse, r.change);
     }
     return sum;
   }
@@ -308,6 +328,24 @@ void start(const Group& g) {
   for (RestContact& r : g.rest_contacts) r.presses = r.may_press;
 }
 
+void advance(const Group& g, Real part) {
+  for (RestBody& r : g.resting)
+    r.motion.force += part * r.direction.force, r.motion.torque += part * r.direction.torque;
+}
+
+/// Moves on to the velocities at which every contact acts as in the last step. Whether there is one
+/// that acted.
+bool resume(const Group& g) {
+  for (RestContact& r : g.rest_contacts) r.presses = false;
+  measure(g, cone_as_before);
+  const bool any =
+      std::any_of(g.rest_contacts.begin(), g.rest_contacts.end(),
+                  [](const RestContact& r) { return r.near && r.cone.at != At::apex; });
+  if (!any || !find_direction(g)) return false;
+  advance(g, 1);
+  return true;
+}
+
 /// Newton's method until no residual exceeds `enough`, m/s, or kNearly times that where rounding
 /// stops progress.
 bool iterate(const Group& g, Real enough, int most) {
@@ -318,8 +356,7 @@ bool iterate(const Group& g, Real enough, int most) {
     if (left <= enough || (nearly && left > 0.5 * before)) return true;
     if (n == most || !find_direction(g)) return nearly;
     const Real part = search(g);
-    for (RestBody& r : g.resting)
-      r.motion.force += part * r.direction.force, r.motion.torque += part * r.direction.torque;
+    advance(g, part);
     before = left;
   }
 }
@@ -332,7 +369,7 @@ bool iterate_softer(const Group& g, Real fastest) {
   };
   for (const auto& [softer, most] : kSofter) {
     scale(softer);
-    const bool done = iterate(g, softer * kBalanced * fastest, most);
+    const bool done = iterate(g, (softer > 1 ? kRoughly : kBalanced) * fastest, most);
     const bool hopeless = !done && measure(g) > kHopeless * fastest;
     scale(1 / softer);
     if (softer == 1) return done;
@@ -346,7 +383,7 @@ bool harden(const Group& g, Real h) {
   const Real most = kSinks * h * weight_of(g);
   bool any = false;
   for (RestContact& r : g.rest_contacts) {
-    const Real sinks = r.compliance * r.impulse.x;
+    const Real sinks = r.compliance * r.cone.impulse.x;
     if (!r.near || !(sinks > most) || most == 0) continue;
     r.compliance *= 0.5 * most / sinks, any = true;
   }
@@ -357,7 +394,7 @@ bool harden(const Group& g, Real h) {
 bool is_at_rest(const Group& g) {
   for (std::size_t i = 0; i < g.contacts.size(); ++i) {
     const RestContact& r = g.rest_contacts[i];
-    if (!r.near || !r.slides) continue;
+    if (!r.near || r.cone.at != At::surface) continue;
     const Vec3 over = r.speed - r.goal;
     const Real most = kSlides * size_of(g.a(g.contacts[i]));
     if (over.y * over.y + over.z * over.z > most * most) return false;
@@ -392,7 +429,10 @@ bool rest_group(const Group& g, Real h) {
   for (const RestBody& r : g.resting) fastest = std::max(fastest, glm::length(r.free.force));
   start(g);
   const Real enough = kBalanced * fastest;
-  if (!iterate(g, enough, kFirstIterations) && !iterate_softer(g, fastest)) return false;
+  if (!(resume(g) && iterate(g, enough, kFirstIterations))) {
+    start(g);
+    if (!iterate(g, enough, kFirstIterations) && !iterate_softer(g, fastest)) return false;
+  }
   for (int n = 0; harden(g, h); ++n)
     if (n == kHardenings || !iterate(g, enough, kSofter[0].second)) return false;
   if (!is_at_rest(g)) return false;
@@ -409,7 +449,7 @@ bool rest_group(const Group& g, Real h) {
   for (std::size_t i = 0; i < g.contacts.size(); ++i) {
     GroupContact& c = g.contacts[i];
     c.works = g.rest_contacts[i].near;
-    c.impulse = c.works ? g.rest_contacts[i].impulse : Vec3(0);
+    c.impulse = c.works ? g.rest_contacts[i].cone.impulse : Vec3(0);
     c.passed += c.impulse;
   }
   for (GroupPair& p : g.pairs) prepare_pair(g, p);  // responses, for take_up

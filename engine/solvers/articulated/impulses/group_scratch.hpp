@@ -46,7 +46,7 @@ struct GroupScratch {
   std::vector<Real> weights;                   // see weigh_groups()
   Real cost = 0;                               // s, of a unit of weight in a substep
   std::vector<std::uint32_t> ends, roots;      // by column, while an island is gathered
-  std::vector<std::uint32_t> links, numbered;  // while the rows of a factor are ordered
+  std::vector<std::uint32_t> links, numbered;  // see find_order()
 };
 
 }  // namespace pantin::detail::articulated

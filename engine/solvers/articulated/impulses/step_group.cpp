@@ -163,7 +163,7 @@ void change_length(const Group& g, Real by) {
   for (GroupContact& c : g.contacts) c.before *= by;
   for (GroupTie& t : g.ties) t.impulse *= by;
   for (GroupNode& n : g.nodes) {
-    n.pulled *= by;
+    n.pulled *= by, n.pulled_earlier *= by;
     for (GroupLimit& limit : n.limits) limit.impulse *= by, limit.before *= by;
   }
 }
@@ -417,8 +417,8 @@ void step_group(const Group& g, Real h, Pace& pace) {
     prepare_closed(g, end, s.h);
     close_cuts(g);
     restore_velocities(g);
-    stiffen(g, 0);
   }
+  stiffen(g, 0);
   if (!g.trees.empty()) {  // motions that the joints allow at the final poses
     prepare_trees(g, end);
     settle_trees(g);

@@ -327,7 +327,7 @@ JointEnds ends_of(const StiffStep& s, std::size_t c) {
 void begin_joints(World& world, Island& a) {
   a.drives_capped = a.stops_hit = 0;
   begin_limits(a);
-  for (JointMemory& memory : a.joint_memory) memory.torque = Vec3(0);
+  for (JointMemory& memory : a.joint_memory) memory.torque = Vec3(0), memory.actuation = 0;
   for (const PackedJoint& j : a.joints)
     if (j.drive != UINT32_MAX) world.joint_drives.values()[j.drive].torque = 0;
 }
@@ -340,6 +340,7 @@ void store_joints(World& world, Island& a, const StepPart& part) {
     if (!j.stiff || a.parents[c] == kFree) continue;
     const ConservingNode& n = a.scratch.conserving_nodes[c];
     a.joint_memory[c].torque += share * (per * n.passed - n.exerted);
+    if (is_actuated(j)) a.joint_memory[c].actuation += share * per * glm::dot(n.passed, n.axis);
     store_limits(a, c, part);
     if (j.drive == UINT32_MAX) continue;
     JointDrive& drive = world.joint_drives.values()[j.drive];

@@ -9,10 +9,14 @@
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/articulated/smooth/conserving_ties.hpp"
+#include "engine/solvers/rebuild.hpp"
 #include "engine/solvers/solver.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
+
+/// Batches are found again when more islands than these came since, and a part of those in batches.
+constexpr std::size_t kFewUnsorted = 8, kPartUnsorted = 8;
 
 /// Whether the vectorised kernel supports an island: free ball joints and cables only.
 bool fits_lanes(const Island& a) {
@@ -241,7 +245,7 @@ void find_shape(const World& world, const Island& a, CrowdShape& shape) {
 void find_crowds(const World& world, Islands& all) {
   CrowdScratch& crowd = all.crowd;
   crowd.order.clear(), crowd.steps.clear(), crowd.shapes.clear();
-  crowd.is_known = true;
+  crowd.is_known = true, crowd.unsorted = 0;
   std::vector<std::uint64_t> hashes(all.list.size(), 0);
   for (std::uint32_t i = 0; i < all.list.size(); ++i) {
     all.list[i].in_crowd = false;
@@ -269,12 +273,25 @@ void find_crowds(const World& world, Islands& all) {
   crowd.steps.reserve(most), crowd.going.reserve(most), crowd.units.reserve(most);
 }
 
+void renumber_crowds(Islands& all, const Rebuild& rebuild) {
+  CrowdScratch& crowd = all.crowd;
+  if (!crowd.is_known) return;
+  for (CrowdScratch::Member& m : crowd.order) m.island = rebuild.now[m.island];
+  std::erase_if(crowd.order, [](const auto& m) { return m.island == Rebuild::kGone; });
+  for (const std::uint32_t i : rebuild.places) crowd.unsorted += fits_lanes(all.list[i]);
+  crowd.is_known = crowd.unsorted <= kFewUnsorted + crowd.order.size() / kPartUnsorted;
+}
+
 void step_crowds(World& world, const StepTask& task) {
   Islands& all = world.memory.of<Islands>();
   CrowdScratch& crowd = all.crowd;
   crowd.steps.clear();
-  if (crowd.order.empty()) return;
+  const std::vector<std::uint32_t>& awake = rest_lists(world).awake;
+  if (crowd.order.empty() || awake.empty()) return;
+  crowd.is_awake.assign(all.list.size(), 0);
+  for (const std::uint32_t i : awake) crowd.is_awake[i] = 1;
   for (const auto& [island, shape] : crowd.order) {
+    if (!crowd.is_awake[island]) continue;
     Island& a = all.list[island];
     a.in_crowd = false;
     if (a.asleep || a.in_group || a.forced || !a.conserves || !a.finite) continue;

@@ -57,9 +57,11 @@ struct CrowdScratch {
   struct Unit {
     std::size_t first, count;  // in `going`
   };
-  bool is_known = false;  // batches have been found since the last build
+  bool is_known = false;     // batches have been found since the last build
+  std::size_t unsorted = 0;  // islands that came since, and could be in one
   std::vector<CrowdShape> shapes;
-  std::vector<Member> order;  // islands of batches, batch by batch
+  std::vector<Member> order;           // islands of batches, batch by batch
+  std::vector<std::uint8_t> is_awake;  // by island, in step_crowds()
   std::vector<CrowdStep> steps;
   std::vector<std::uint32_t> going;  // indices of steps that are not finished
   std::vector<Unit> units;           // each is vectorised
