@@ -42,10 +42,13 @@ constexpr MotorKind last_of(MotorKind) { return MotorKind::position; }
 
 /// velocity: force = gain (target - rate); position: force = gain (target - coordinate) - damping
 /// rate. The magnitude is at most `cap`.
+///
+/// Without a gain, the first step chooses gain and damping, and stores them here: the motor is then
+/// critically damped, as fast as steps of that length resolve (engine/solvers/motor_gains.hpp).
 struct JointMotor {
   MotorKind kind = MotorKind::none;
   Real target = 0;   // rad/s or m/s; rad or m
-  Real gain = 0;     // N m s/rad or N s/m; N m/rad or N/m
+  Real gain = 0;     // N m s/rad or N s/m; N m/rad or N/m; 0: chosen in the first step
   Real damping = 0;  // position: N m s/rad or N s/m
   Real cap = 1e300;  // N m or N
 
@@ -96,6 +99,7 @@ struct JointParameters {
   Real length = 0;         // m, of kinds with such a parameter: distance, spring, wheel (radius)
   Real pitch = 0;          // m/rad, likewise: screw, along x per rad of rotation
   Real grip = 0;           // N, likewise: skate, wheel; the force beyond which it slides, 0: none
+  Real friction = 0;       // coefficient, likewise: skate, wheel; slides beyond friction times load
   Dof rotation = {};       // about x: hinge, universal (of a), cylindrical, screw
   Dof translation = {};    // along x: cylindrical, prismatic; along the line: kind `spring`
   AngleLimit travel = {};  // m along x: cylindrical, prismatic, screw
@@ -106,6 +110,7 @@ struct JointParameters {
     field("length", self.length);
     field("pitch", self.pitch);
     field("grip", self.grip);
+    field("friction", self.friction);
     field("rotation", self.rotation);
     field("translation", self.translation);
     field("travel", self.travel);

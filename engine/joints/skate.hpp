@@ -12,7 +12,7 @@ namespace pantin::detail::joint_kinds {
 struct skate : Slips<skate> {
   static constexpr std::string_view name = "skate", alias = "knife_edge";
   static constexpr int rows = 1, degrees_of_freedom = 5;
-  static constexpr Parameter parameters[] = {kGripParameter};
+  static constexpr Parameter parameters[] = {kGripParameter, kFrictionParameter};
 
   static SlipPoint slip_point(const Joint& joint, const BodyState& a, const BodyState& b) {
     const JointAxes on_b = axes_on_b(joint, b);

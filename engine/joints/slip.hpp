@@ -44,12 +44,17 @@ inline void write_slip_rows(const SlipPoint& p, const JointState& at, int rows, 
 
 namespace joint_kinds {
 
-/// A kind that constrains velocities only. It has slip_point(); beyond the force `grip` it slides
-/// against that force.
+/// A kind that constrains velocities only. It has slip_point(); beyond the force `grip`, or
+/// `friction` times the load that it shares, it slides against that force.
 template <class K>
 struct Slips : Kind, TurnsFreely {
   static constexpr Mark marks[] = {Mark::slip};
 
+  static const char* fault(const Joint& joint) {
+    return joint.parameters->grip > 0 && joint.parameters->friction > 0
+               ? "has both a grip and a coefficient of friction"
+               : nullptr;
+  }
   static Real gap(const Joint&, const Pose&, const Pose&) { return 0; }
   static void write(const Joint& joint, const BodyState& a, const BodyState& b, RowsOut out) {
     write_slip_rows(K::slip_point(joint, a, b), {joint, a, b}, K::rows, out);
@@ -61,6 +66,14 @@ inline constexpr Parameter kGripParameter = {
     .about = "N: the force beyond which it slides against that force. Default 0: it never slides.",
     .range = ParameterRange::not_negative,
     .value = [](JointParameters& own) -> Real& { return own.grip; }};
+inline constexpr Parameter kFrictionParameter = {
+    .key = "friction_coefficient",
+    .about =
+        "Instead of grip: it slides beyond that times its load, the normal force of the one "
+        "joint between its bodies, or between a and a body joined to b, that carries them. "
+        "Those on one such joint share it equally. Default 0: it never slides.",
+    .range = ParameterRange::not_negative,
+    .value = [](JointParameters& own) -> Real& { return own.friction; }};
 
 }  // namespace joint_kinds
 }  // namespace pantin::detail

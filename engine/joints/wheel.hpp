@@ -21,7 +21,8 @@ struct wheel : Slips<wheel> {
        .needed = "the radius of the wheel, in m",
        .range = ParameterRange::size,
        .value = [](JointParameters& own) -> Real& { return own.length; }},
-      kGripParameter};
+      kGripParameter,
+      kFrictionParameter};
 
   static SlipPoint slip_point(const Joint& joint, const BodyState& a, const BodyState& b) {
     constexpr Real kFlat = 1e-9;

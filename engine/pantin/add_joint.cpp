@@ -122,6 +122,7 @@ Result<Entity> add_to(World& world, const PrismaticJoint& described) {
   const Dof translation =
       freedom_of(findings, described.motor, described.spring, described.friction);
   findings.within("restitution", described.restitution, 0, 1);
+  check(findings, described.drive);
   if (!findings.ok()) return findings.take();
   Joint joint = make_joint(world, JointKind::prismatic, {described.a, described.b}, at);
   equip(joint,
@@ -139,6 +140,7 @@ Result<Entity> add_to(World& world, const CylindricalJoint& described) {
   const Dof translation = freedom_of(findings, described.travel_motor, described.travel_spring,
                                      described.travel_friction);
   findings.within("restitution", described.restitution, 0, 1);
+  check(findings, described.drive);
   if (!findings.ok()) return findings.take();
   Joint joint = make_joint(world, JointKind::cylindrical, {described.a, described.b}, at);
   joint.limits = limits;
@@ -156,6 +158,7 @@ Result<Entity> add_to(World& world, const ScrewJoint& described) {
   const AngleLimit travel = limit_of(findings, "travel", described.travel);
   const Dof rotation = freedom_of(findings, described.motor, described.spring, described.friction);
   findings.within("restitution", described.restitution, 0, 1);
+  check(findings, described.drive);
   if (!findings.ok()) return findings.take();
   Joint joint = make_joint(world, JointKind::screw, {described.a, described.b}, at);
   joint.limits = limits;
@@ -172,13 +175,25 @@ Result<Entity> add_to(World& world, const PlanarJoint& described) {
               make_joint(world, JointKind::planar, {described.a, described.b}, at));
 }
 
+namespace {
+
+/// Checks grip and friction of a blade or a wheel.
+void check_slip(Findings& findings, Real grip, Real friction) {
+  findings.not_negative("grip", grip), findings.not_negative("friction", friction);
+  if (grip > 0 && friction > 0)
+    findings.add("friction", shown(friction), "either a grip or a coefficient of friction");
+}
+
+}  // namespace
+
 Result<Entity> add_to(World& world, const SkateJoint& described) {
   Findings findings(world, "SkateJoint", described.name);
   const WorldFrames at = frames_of(findings, described, "across", described.across);
-  findings.not_negative("grip", described.grip);
+  check_slip(findings, described.grip, described.friction);
   if (!findings.ok()) return findings.take();
   Joint joint = make_joint(world, JointKind::skate, {described.a, described.b}, at);
   if (described.grip > 0) joint.parameters.edit().grip = described.grip;
+  if (described.friction > 0) joint.parameters.edit().friction = described.friction;
   return link(world, findings, described, joint);
 }
 
@@ -193,11 +208,12 @@ Result<Entity> add_to(World& world, const WheelJoint& described) {
     if (findings.ok()) at.a.rotation = axes_of(glm::normalize(glm::cross(along, normal)), normal);
   }
   findings.above_zero("radius", described.radius);
-  findings.not_negative("grip", described.grip);
+  check_slip(findings, described.grip, described.friction);
   if (!findings.ok()) return findings.take();
   Joint joint = make_joint(world, JointKind::wheel, {described.a, described.b}, at);
   joint.parameters.edit().length = described.radius;
   joint.parameters.edit().grip = described.grip;
+  joint.parameters.edit().friction = described.friction;
   return link(world, findings, described, joint);
 }
 

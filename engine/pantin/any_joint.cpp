@@ -26,6 +26,7 @@ bool has_stops(const JointKindInfo& kind) {
 }
 bool can_be_soft(const JointKindInfo& kind) { return kind.holds_point && has_stops(kind); }
 bool can_be_driven(const JointKindInfo& kind) {
+  if (is_actuated<Coordinate::angle>(kind) || is_actuated<Coordinate::travel>(kind)) return true;
   return kind.holds_point && kind.rotations != Turns::nowhere;
 }
 bool has_ends_apart(const JointKindInfo& kind) { return !kind.holds_point; }

@@ -137,7 +137,9 @@ Result<Done> set_law(JointChange change, const Law& law, Law Dof::*member, const
 }  // namespace
 
 Result<Done> set_motor(World& world, Entity joint, const JointMotor& motor, Along along) {
-  return set_law({world, "set_motor", joint}, motor, &Dof::motor, along);
+  auto done = set_law({world, "set_motor", joint}, motor, &Dof::motor, along);
+  if (done && motor.kind != MotorKind::none && motor.gain == 0) world.mark_dirty();
+  return done;
 }
 
 Result<Done> set_spring(World& world, Entity joint, const SpringDamper& spring, Along along) {
@@ -219,34 +221,27 @@ Result<Done> set_soft_stop(World& world, Entity joint, std::optional<SoftStop> s
   return change.finish();
 }
 
-namespace {
-
-bool can_be_driven(JointKind kind) {
-  const JointKindInfo& info = info_of(kind);
-  return info.holds_point && info.rotations != Turns::nowhere && info.rotations != Turns::own;
-}
-
-}  // namespace
-
 Result<Done> set_drive(World& world, Entity joint, std::optional<JointDrive> drive) {
   Findings findings(world, "set_drive", name_in(world, joint));
   const Link* link = world.links.find(joint);
   if (!link)
     findings.add("joint", other_than("joint", world, joint), "a joint");
-  else if (!can_be_driven(link->joint.kind))
-    findings.add("joint", std::string("a joint of kind ") + name_of(link->joint.kind),
-                 "one of kind ball, hinge or universal");
+  else if (drive)
+    check_drive(findings, *drive, link->joint.kind);
   check(findings, drive);
   JointDrive* old = world.joint_drives.find(joint);
-  if (findings.ok() && drive && !old) findings.known({{Feature::pose_drive}}, {link->a, link->b});
+  const bool same = old && drive && old->exact == drive->exact;
+  if (findings.ok() && drive && !same) findings.known({{feature_of(*drive)}}, {link->a, link->b});
   if (!findings.ok()) return findings.take();
   if (!drive) {
     world.joint_drives.remove(joint);
   } else if (old) {
     drive->torque = old->torque, drive->capped = old->capped;
+    if (!same || drive->exact) world.mark_dirty();
     *old = std::move(*drive);
+    fit_spline(old->motion);
   } else {
-    world.joint_drives.add(joint, std::move(*drive));
+    fit_spline(world.joint_drives.add(joint, std::move(*drive)).motion);
   }
   wake(world, link->a), wake(world, link->b);
   return Done{};

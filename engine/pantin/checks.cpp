@@ -1,6 +1,8 @@
 // Valid numbers of joints and bodies.
 #include "engine/pantin/detail/checks.hpp"
 
+#include "engine/joints/kinds.hpp"
+
 namespace pantin::detail {
 
 AngleLimit limit_of(Findings& findings, const char* member, const std::optional<Interval>& range) {
@@ -40,6 +42,33 @@ void check(Findings& findings, const std::optional<JointDrive>& drive) {
     if (i > 0 && !(drive->keys[i].time > drive->keys[i - 1].time))
       findings.add("drive.keys", "times that do not increase", "each key after the one before");
   }
+  if (!drive->exact) return;
+  const DriveMotion& motion = drive->motion;
+  findings.finite("drive.motion.offset", motion.offset);
+  findings.finite("drive.motion.speed", motion.speed);
+  findings.finite("drive.motion.amplitude", motion.amplitude);
+  findings.finite("drive.motion.frequency", motion.frequency);
+  findings.finite("drive.motion.phase", motion.phase);
+  for (std::size_t i = 0; i < motion.knots.size(); ++i) {
+    findings.finite("drive.motion.knots.value", motion.knots[i].value);
+    if (!std::isfinite(motion.knots[i].time) ||
+        (i > 0 && !(motion.knots[i].time > motion.knots[i - 1].time)))
+      findings.add("drive.motion.knots", "times that do not increase",
+                   "each knot after the one before");
+  }
+}
+
+void check_drive(Findings& findings, const JointDrive& drive, JointKind kind) {
+  const JointKindInfo& info = info_of(kind);
+  const std::string found = "a drive of a joint of kind " + std::string(info.name);
+  if (drive.exact &&
+      !info.is_used(drive.motion.travels ? Coordinate::travel : Coordinate::angle, kActuated))
+    findings.add(
+        "drive.motion", found,
+        std::string("one of a kind with ") + (drive.motion.travels ? "a travel" : "one angle"));
+  if (!drive.exact &&
+      (!info.holds_point || info.rotations == Turns::nowhere || info.rotations == Turns::own))
+    findings.add("drive", found, "one of kind ball, hinge or universal, or an exact motion");
 }
 
 void check(Findings& findings, const SpringDamper& spring) {
@@ -61,7 +90,10 @@ void check(Findings& findings, const JointMotor& motor) {
     return;
   }
   findings.finite("motor.target", motor.target);
-  findings.above_zero("motor.gain", motor.gain);
+  findings.not_negative("motor.gain", motor.gain);
+  if (motor.gain == 0 && motor.damping != 0)
+    findings.add("motor.damping", shown(motor.damping) + " without a gain",
+                 "both, or neither: they are then chosen");
   findings.not_negative("motor.damping", motor.damping);
   if (!(motor.cap >= 0)) findings.add("motor.cap", shown(motor.cap), "0 or a number above it");
 }

@@ -106,6 +106,7 @@ struct PrismaticJoint {
   SpringDamper spring = {};
   JointFriction friction = {};
   Real restitution = 0;
+  std::optional<JointDrive> drive = {};  // an exact one
   std::optional<LocalFrames> frames = {};
   std::string name = {};
 };
@@ -122,6 +123,7 @@ struct CylindricalJoint {
   SpringDamper spring = {}, travel_spring = {};
   JointFriction friction = {}, travel_friction = {};
   Real restitution = 0;
+  std::optional<JointDrive> drive = {};  // an exact one
   std::optional<LocalFrames> frames = {};
   std::string name = {};
 };
@@ -138,6 +140,7 @@ struct ScrewJoint {
   SpringDamper spring = {};
   JointFriction friction = {};
   Real restitution = 0;
+  std::optional<JointDrive> drive = {};  // an exact one
   std::optional<LocalFrames> frames = {};
   std::string name = {};
 };
@@ -152,20 +155,22 @@ struct PlanarJoint {
 };
 
 /// A blade of b that does not move sideways: the velocity of a point of b along `across`, relative
-/// to a, is 0. A skate, the knife edge of a sleigh. It constrains velocities only. Lagrangian
-/// solver.
+/// to a, is 0. A skate, the knife edge of a sleigh. It constrains velocities only. Its load is the
+/// normal force of the one joint between a and b, or a and a body joined to b, shared equally by
+/// those on it. Lagrangian solver.
 struct SkateJoint {
   Entity a = {}, b = {};
   Vec3 anchor{0};                          // the point of b
   Vec3 across{0};                          // fixed in b, perpendicular to the blade
   Real grip = 0;                           // N; beyond it the blade slides sideways; 0: never
+  Real friction = 0;                       // or a coefficient: it slides beyond friction * load
   std::optional<LocalFrames> frames = {};  // x of b is `across`
   std::string name = {};
 };
 
 /// A thin wheel b that rolls without slip on a plane of a. Nothing keeps it at its height, and it
-/// need not touch the plane: other joints hold it. It constrains velocities only. Lagrangian
-/// solver.
+/// need not touch the plane: other joints hold it. It constrains velocities only. Its load is that
+/// of a SkateJoint. Lagrangian solver.
 struct WheelJoint {
   Entity a = {}, b = {};
   Vec3 anchor{0};                          // the hub
@@ -173,6 +178,7 @@ struct WheelJoint {
   Vec3 normal{0, 1, 0};                    // of the plane, fixed in a
   Real radius = 0;                         // m
   Real grip = 0;                           // N; beyond it the wheel slips; 0: never
+  Real friction = 0;                       // or a coefficient: it slips beyond friction * load
   std::optional<LocalFrames> frames = {};  // x of b is the axle, y of a the normal
   std::string name = {};
 };

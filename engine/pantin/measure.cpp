@@ -51,8 +51,9 @@ Real counted_angle(const World& world, std::uint32_t link) {
   for (std::size_t i = 0; i < m->blocks.size(); ++i) {
     const lagrangian::Block& b = m->blocks[i];
     const bool screw = b.kind == lagrangian::BlockKind::joint && info_of(l.joint.kind).counts_turns;
-    const bool counts =
-        b.kind == lagrangian::BlockKind::limit || b.kind == lagrangian::BlockKind::spring;
+    const bool counts = b.kind == lagrangian::BlockKind::limit ||
+                        b.kind == lagrangian::BlockKind::drive ||
+                        b.kind == lagrangian::BlockKind::spring;
     if (b.source == link && (screw || (counts && b.coordinate == Coordinate::angle)))
       return m->memory[i].before[0];
   }

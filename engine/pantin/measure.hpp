@@ -8,6 +8,8 @@
 #include <optional>
 #include <pantin/joints.hpp>
 
+#include "engine/world/sensor.hpp"
+
 namespace pantin {
 
 /// The frames of a joint in its bodies, which define its zero. A joint that is removed and added
@@ -19,7 +21,6 @@ std::optional<LocalFrames> joint_frames(const World& world, Entity joint);
 /// rad. Hinge, cylindrical, screw and planar joints: the rotation about the axis; ball joints: the
 /// twist; universal joints: about axis_a. From -pi to pi; whole turns are counted where the
 /// Lagrangian solver needs them.
-/// whole turns are counted.
 Real joint_angle(const World& world, Entity joint);
 /// rad, universal joints: about axis_b.
 Real joint_second_angle(const World& world, Entity joint);
@@ -49,6 +50,17 @@ struct JointReaction {
 /// "shake2" and "procedural", which have no forces, and for an entity that is not a joint or that
 /// its solver leaves out. The cost is linear in the bodies of the island.
 std::optional<JointReaction> joint_reaction(const World& world, Entity joint);
+
+/// N m, or N along a travel: what the motor of a joint, or its exact drive, exerts along their
+/// coordinate. `along`: which, for a joint that rotates and translates; none: the one that has a
+/// drive or a motor. Of a drive: mean over the last step. Of a motor: likewise in free motion under
+/// the default solver, elsewhere by its law at the end of the step. Without either: NaN.
+Real motor_force(const World& world, Entity joint, std::optional<JointCoordinate> along = {});
+
+/// The value of a sensor: in x alone, or three components; NaN where what it measures is gone.
+/// Accelerations are differences of velocity since the last reading of the same sensor, which it
+/// keeps: the first one is NaN.
+Vec3 read_sensor(const World& world, Sensor& sensor);
 
 /// N, mean over the last step; 0 if slack.
 Real cable_tension(const World& world, Entity cable);

@@ -53,6 +53,7 @@ bool is_sound(const Pin& p) {
 struct Plans {
   World& world;
   Partition& partition;
+  const Scope& scope;
   std::vector<IslandPlan*> of;
 
   const SolverSettings* settings(Entity body) const {
@@ -78,18 +79,22 @@ void list_unknown(const Plans& owners) {
         {who, unknown_to(how->solver, what, verb), StructureFault::unknown, minor});
     return true;
   };
-  each_feature(world,
+  each_feature(world, owners.scope,
                [&](Entity owner, std::span<const Entity> bodies, Feature what, const char* verb) {
                  if (what == Feature::kind) return;  // kinds are left out
                  for (const Entity body : bodies)
                    if (note(owner, owners.settings(body), what, verb)) return;
                });
   std::optional<Entity> special;  // of no island
-  for (Entity e : world.collisions.owners())
-    if (!special && !owners.settings(e) && has_special_surface(world.collisions[e])) special = e;
+  const auto solid = [&](std::uint32_t i) { return world.collisions.owners()[i]; };
+  for (const std::uint32_t i : owners.scope.collisions)
+    if (const Entity e = solid(i);
+        !special && !owners.settings(e) && has_special_surface(world.collisions[e]))
+      special = e;
   // One body represents its island.
   std::vector<const SolverSettings*> told;
-  for (Entity e : world.collisions.owners()) {
+  for (const std::uint32_t i : owners.scope.collisions) {
+    const Entity e = solid(i);
     if (world.collisions[e].sensor) continue;  // detects the bodies of all solvers
     const SolverSettings* how = owners.settings(e);
     if (!how || how->solver == Solver::articulated ||
@@ -114,24 +119,24 @@ void list_impossible(const Plans& owners) {
     impossible(who, std::string(what));
     owners.stop(a), owners.stop(b);
   };
-  for (std::size_t slot = 0; slot < world.bodies.size(); ++slot) {
+  for (const std::uint32_t slot : owners.scope.bodies) {
     const Entity e = world.bodies.owners()[slot];
     const Body& b = world.bodies.values()[slot];
     const char* why = b.motion == Motion::dynamic ? fault_of(b) : nullptr;
     if (!why) continue;
     impossible(e, why), owners.stop(e);
   }
-  for (std::size_t i = 0; i < world.links.size(); ++i)
+  for (const std::uint32_t i : owners.scope.links)
     if (const Link& l = world.links.values()[i]; !is_sound(l.joint))
       stop_both(world.links.owners()[i],
                 "has an anchor that is not finite, or axes that are not unit quaternions", l.a,
                 l.b);
-  for (std::size_t i = 0; i < world.links.size(); ++i)
+  for (const std::uint32_t i : owners.scope.links)
     if (const Link& l = world.links.values()[i];
         l.joint.limits.any() && !are_sound(*l.joint.limits))
       stop_both(world.links.owners()[i], "has limits whose low end is above the high one", l.a,
                 l.b);
-  for (std::size_t i = 0; i < world.links.size(); ++i) {
+  for (const std::uint32_t i : owners.scope.links) {
     const Link& l = world.links.values()[i];
     if (l.joint.parameters.any() &&
         !(is_sound(l.joint.parameters->rotation) && is_sound(l.joint.parameters->translation)))
@@ -140,18 +145,19 @@ void list_impossible(const Plans& owners) {
           "has a spring, friction or a motor with a number that is not finite or out of range", l.a,
           l.b);
   }
-  for (const Entity e : world.collisions.owners())
-    if (const Shapes* shapes = world.shapes.find(e);
+  for (const std::uint32_t i : owners.scope.collisions)
+    if (const Shapes* shapes = world.shapes.find(world.collisions.owners()[i]);
         shapes && !std::all_of(shapes->list.begin(), shapes->list.end(),
                                [](const Shape& shape) { return is_usable(shape); }))
       owners.partition.faults.push_back(
-          {e, "has a shape whose sizes or place are not finite or out of range",
+          {world.collisions.owners()[i],
+           "has a shape whose sizes or place are not finite or out of range",
            StructureFault::left_out, false});
-  for (std::size_t i = 0; i < world.cables.size(); ++i)
+  for (const std::uint32_t i : owners.scope.cables)
     if (const Cable& s = world.cables.values()[i]; !is_sound(s))
       stop_both(world.cables.owners()[i], "has a number that is not finite or out of range", s.a,
                 s.b);
-  for (std::size_t i = 0; i < world.pins.size(); ++i)
+  for (const std::uint32_t i : owners.scope.pins)
     if (const Pin& p = world.pins.values()[i]; !is_sound(p))
       stop_both(world.pins.owners()[i],
                 "has an anchor, a stiffness or a damping that is not finite or out of range",
@@ -162,14 +168,16 @@ void list_impossible(const Plans& owners) {
 /// `lagrangian` can solve for.
 void list_overheld(const Plans& owners) {
   const World& world = owners.world;
+  if (owners.scope.links.empty() && owners.scope.pins.empty()) return;
   std::vector<std::size_t> pins(world.bodies.size(), 0), joints(pins);
-  for (const Pin& p : world.pins.values()) {
+  for (const std::uint32_t i : owners.scope.pins) {
+    const Pin& p = world.pins.values()[i];
     if (p.kind != PinKind::exact) continue;
     for (const Entity e : {p.body, p.to})
       if (const std::uint32_t slot = world.bodies.slot(e); slot != kNoSlot) ++pins[slot];
   }
   std::vector<PairedJoint> paired;
-  for (std::uint32_t i = 0; i < world.links.size(); ++i) {
+  for (const std::uint32_t i : owners.scope.links) {
     const Link& l = world.links.values()[i];
     const std::uint32_t a = world.bodies.slot(l.a), b = world.bodies.slot(l.b);
     if (a == kNoSlot || b == kNoSlot) continue;
@@ -192,7 +200,7 @@ void list_overheld(const Plans& owners) {
                                        StructureFault::impossible, false});
     owners.stop(body);
   };
-  for (std::size_t slot = 0; slot < pins.size(); ++slot) {
+  for (const std::uint32_t slot : owners.scope.bodies) {
     const Entity e = world.bodies.owners()[slot];
     tell(e, e, pins[slot], kExactPins), tell(e, e, joints[slot], kJointsToFixed);
   }
@@ -288,9 +296,9 @@ void list_what_is_no_lamina(const Plans& owners, std::span<const IslandPlan> pla
            StructureFault::left_out, false});
   };
   const World& w = owners.world;
-  for (std::size_t i = 0; i < w.links.size(); ++i)
+  for (const std::uint32_t i : owners.scope.links)
     tell(w.links.owners()[i], {w.links.values()[i].a, w.links.values()[i].b});
-  for (std::size_t i = 0; i < w.pins.size(); ++i)
+  for (const std::uint32_t i : owners.scope.pins)
     tell(w.pins.owners()[i], {w.pins.values()[i].body, w.pins.values()[i].to});
 }
 
@@ -345,16 +353,30 @@ std::vector<StructureFault> drop_strays(World& world) {
   return faults;
 }
 
-void normalise_rotations(World& world) {
-  for (Body& b : world.bodies.values()) {
-    Quat& q = b.pose.rotation;
-    const Real length = glm::length(q);
-    if (!is_unit(q) && length > 1e-150 && std::isfinite(length)) q = q / length;
-  }
+namespace {
+
+/// Whether a body surely has no fault: masses of all but absurd sizes, without a division.
+bool is_plainly_sound(const Body& b) {
+  const auto is_usual = [](Real x) { return x > 1e-300 && x < 1e300; };
+  return is_usual(b.mass) && is_usual(b.inertia.x) && is_usual(b.inertia.y) &&
+         is_usual(b.inertia.z) && std::isfinite(b.drag + b.gravity_scale) && is_unit(b.pose);
 }
 
-void list_faults(World& world, std::span<std::vector<IslandPlan>> plans) {
-  Plans all{world, world.memory.of<Partition>(), {}};
+}  // namespace
+
+bool normalise_rotations(World& world) {
+  bool all_sound = true;
+  for (Body& b : world.bodies.values()) {
+    if (Quat& q = b.pose.rotation; !is_unit(q))
+      if (const Real length = glm::length(q); length > 1e-150 && std::isfinite(length))
+        q = q / length;
+    all_sound = all_sound && (b.motion != Motion::dynamic || is_plainly_sound(b) || !fault_of(b));
+  }
+  return all_sound;
+}
+
+void list_faults(World& world, const Scope& scope, std::span<std::vector<IslandPlan>> plans) {
+  Plans all{world, world.memory.of<Partition>(), scope, {}};
   all.of.assign(world.bodies.size(), nullptr);
   for (std::vector<IslandPlan>& list : plans)
     for (IslandPlan& plan : list)

@@ -14,7 +14,8 @@ const char* fault_of(const Body& b);
 /// those of the entity that reuses its slot. One fault for each.
 std::vector<StructureFault> drop_strays(World& world);
 
-/// Normalises rotations that a user wrote, if they are not zero.
-void normalise_rotations(World& world);
+/// Normalises rotations that a user wrote, if they are not zero. Returns whether fault_of() finds
+/// nothing at any dynamic body then.
+bool normalise_rotations(World& world);
 
 }  // namespace pantin::detail

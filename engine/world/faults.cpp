@@ -5,6 +5,7 @@
 
 #include "engine/joints/kinds.hpp"
 #include "engine/world/belt.hpp"
+#include "engine/world/joint_drive.hpp"
 #include "engine/world/solver_list.hpp"
 #include "engine/world/store.hpp"
 #include "engine/world/surface_contact.hpp"
@@ -25,6 +26,7 @@ constexpr std::array<FeatureInfo, kFeatures> kFeatureInfos{
      {"a gear"},
      {"a soft stop"},
      {"a joint drive"},
+     {"an exact joint drive"},
      {"a cable"},
      {"contact"},
      {"a spring pin"},
@@ -70,6 +72,10 @@ const std::string& solvers_that_know(Feature feature) {
 }
 
 const char* name_of(Feature feature) { return info_of(feature).name; }
+
+Feature feature_of(const JointDrive& drive) {
+  return drive.exact ? Feature::exact_drive : Feature::pose_drive;
+}
 
 Feature feature_of(const Belt& belt) {
   return belt.friction > 0 ? Feature::belt_friction : Feature::belt;

@@ -10,6 +10,7 @@
 
 namespace pantin {
 
+struct JointDrive;
 struct World;
 
 struct StructureFault {
@@ -44,6 +45,7 @@ const std::string& solvers_that_know(Feature feature);
 /// "a spring", "a motor", "a cable" ...
 const char* name_of(Feature feature);
 
+Feature feature_of(const JointDrive& drive);
 struct Belt;
 Feature feature_of(const Belt& belt);
 struct SurfaceContact;

@@ -6,16 +6,17 @@
 
 #include "engine/world/closing.hpp"
 #include "engine/world/faults.hpp"
+#include "engine/world/scope.hpp"
 #include "engine/world/solver_list.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin::detail {
 
-/// Calls visit(owner, bodies, feature, verb) for each joint, drive, cable, pin, joint of surfaces,
-/// belt and gear that has such a feature; "owner verb name_of(feature)" is a sentence. Contacts are
-/// not included.
+/// Calls visit(owner, bodies, feature, verb) for each joint, drive, cable and pin of a scope, and
+/// each joint of surfaces, belt and gear, that has such a feature; "owner verb name_of(feature)" is
+/// a sentence. Contacts are not included.
 template <class Visit>
-void each_feature(const World& world, const Visit& visit) {
+void each_feature(const World& world, const Scope& scope, const Visit& visit) {
   std::vector<Entity> on;
   const auto tell = [&](Entity owner, std::initializer_list<Entity> bodies, Feature what,
                         const char* verb) {
@@ -23,24 +24,25 @@ void each_feature(const World& world, const Visit& visit) {
     visit(owner, std::span<const Entity>(on), what, verb);
     on.clear();
   };
-  for (std::size_t i = 0; i < world.links.size(); ++i) {
+  for (const std::uint32_t i : scope.links) {
     const Link& link = world.links.values()[i];
     const Entity owner = world.links.owners()[i];
     for (const Feature f : features_of(link.joint)) tell(owner, {link.a, link.b}, f, "has");
-    if (world.joint_drives.find(owner)) tell(owner, {link.a, link.b}, Feature::pose_drive, "has");
+    if (const JointDrive* drive = world.joint_drives.find(owner))
+      tell(owner, {link.a, link.b}, feature_of(*drive), "has");
   }
-  for (const std::uint32_t i : list_closing(world)) {
+  for (const std::uint32_t i : list_closing(world, scope.links)) {
     const Link& link = world.links.values()[i];
     tell(world.links.owners()[i], {link.a, link.b}, Feature::closing, "is");
   }
-  for (std::size_t i = 0; i < world.cables.size(); ++i) {
+  for (const std::uint32_t i : scope.cables) {
     const Cable& c = world.cables.values()[i];
     const bool guided = !c.guides.empty();
     for (const CableGuide& g : c.guides) on.push_back(g.body);
     tell(world.cables.owners()[i], {c.a, c.b}, guided ? Feature::cable_guide : Feature::cable,
          guided ? "has" : "is");
   }
-  for (std::size_t i = 0; i < world.pins.size(); ++i)
+  for (const std::uint32_t i : scope.pins)
     if (const Pin& p = world.pins.values()[i]; p.kind == PinKind::spring)
       tell(world.pins.owners()[i], {p.body}, Feature::spring_pin, "has");
   for (std::size_t i = 0; i < world.surface_contacts.size(); ++i) {

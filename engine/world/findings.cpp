@@ -75,6 +75,11 @@ constexpr FindingInfo kInfos[] = {
     {"contacts_unsolved", "s",
      "Contact impulses did not converge for more than a twentieth of the last second.",
      "Use a shorter step; check for bodies that are wedged without room to move."},
+    {"place_uncertain", "s",
+     "Surfaces of a joint nearly conform where they touch, so that rounding decides where the "
+     "contact is.",
+     "Make the radii of the surfaces differ by more, or use a joint that conforms: a ball joint, a "
+     "hinge, a planar joint."},
 };
 static_assert(std::size(kInfos) == static_cast<std::size_t>(last_of(FindingKind{})) + 1);
 

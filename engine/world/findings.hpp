@@ -28,8 +28,9 @@ enum class FindingKind : std::uint8_t {
   energy_limited,
   step_rescued,
   contacts_unsolved,
+  place_uncertain,
 };
-constexpr FindingKind last_of(FindingKind) { return FindingKind::contacts_unsolved; }
+constexpr FindingKind last_of(FindingKind) { return FindingKind::place_uncertain; }
 
 /// A row of the table; engine/runtime/README.md has an example of each.
 struct FindingInfo {

@@ -74,6 +74,8 @@ struct StepReport {
                                    // ContactDegenerate, lost
   Entity contact;                  // the joint in question; `body` is its body a
   int released = 0;                // joints of surfaces that released in this step
+  int uncertain = 0;    // joints of surfaces that nearly fit one another where they touch:
+  Entity uncertain_at;  // the place of contact is uncertain; the first of them
   int unsolved = 0;     // groups of islands whose contacts were not solved to the tolerance
   Entity unsolved_at;   // a body of the first
   int shortened = 0;    // groups in contact that took fewer substeps, for StepSettings::budget

@@ -138,7 +138,9 @@ TEST_CASE("Every kind in the list can be added by its name and parameters alone"
     CAPTURE(kind);
     Two t;
     AnyJoint joint{.kind = kind, .a = t.wall, .b = t.arm, .anchor = kAnchor, .axis = kAxis};
-    for (const std::string& key : parameters_of_kind(kind)) joint.parameters.push_back({key, 0.3});
+    for (const std::string& key : parameters_of_kind(kind))
+      if (key != "friction_coefficient")  // excludes a grip
+        joint.parameters.push_back({key, 0.3});
     detail::JointKind found{};
     REQUIRE(detail::joint_kind_from_name(kind, found));
     if (!detail::holds_point(found)) joint.anchor_b = kAnchor + 0.3 * glm::normalize(kAxis);
@@ -169,6 +171,8 @@ TEST_CASE("What a kind does not have is refused with the kinds that do") {
   CHECK(complaint({.kind = "custom"}).find("kind: found 'custom'") != std::string::npos);
   CHECK(complaint({.kind = "screw", .name = "bolt"}) ==
         "AnyJoint 'bolt': pitch: found none, expected the travel per rad of rotation, in m");
+  CHECK(complaint({.kind = "skate", .parameters = {{"grip", 1}, {"friction_coefficient", 0.5}}})
+            .find("has both a grip and a coefficient of friction") != std::string::npos);
   CHECK(complaint({.kind = "hinge", .parameters = {{"pitch", 1}}}) ==
         "AnyJoint: parameters: found 'pitch' of a joint of kind hinge, expected none");
   CHECK(complaint({.kind = "hinge", .second_limits = Interval{}}) ==

@@ -376,8 +376,8 @@ TEST_CASE("What is wrong is told by member, and nothing is changed") {
     CHECK(result.errors().front().message == why);
     CHECK(state_hash(w) == before);
   };
-  refuses(set_motor(w, r.knee, {.kind = MotorKind::velocity, .target = 1}),
-          "set_motor 'knee': motor.gain: found 0, expected a number above 0");
+  refuses(set_motor(w, r.knee, {.kind = MotorKind::velocity, .target = 1, .gain = -1}),
+          "set_motor 'knee': motor.gain: found -1, expected 0 or a number above it");
   refuses(set_motor(w, body, kTurning),
           "set_motor '#1': joint: found '#1', which is no joint, expected a joint");
   refuses(set_motor(w, r.knee, kTurning, JointCoordinate::travel),

@@ -146,8 +146,8 @@ TEST_CASE("a description that cannot be meant is refused by name, and nothing is
   CHECK(complaint(
             t.world,
             HingeJoint{
-                .a = a, .b = b, .axis = up, .motor = {.kind = MotorKind::velocity, .target = 1}}) ==
-        "HingeJoint: motor.gain: found 0, expected a number above 0");
+                .a = a, .b = b, .axis = up, .motor = {.kind = MotorKind::velocity, .gain = -1}}) ==
+        "HingeJoint: motor.gain: found -1, expected 0 or a number above it");
   CHECK(complaint(t.world, UniversalJoint{.a = a, .b = b, .axis_a = up, .axis_b = {1, 1, 0}}) ==
         "UniversalJoint: axis_b: found (1, 1, 0), expected a direction perpendicular to axis_a");
   CHECK(complaint(t.world, ScrewJoint{.a = a, .b = b, .axis = up}) ==

@@ -94,6 +94,19 @@ Real sideways_at_blade(const World& w, Entity body, Real behind) {
                   b.pose.rotation * Vec3(0, 0, 1));
 }
 
+/// Keeps the sleigh's body at its height.
+void add_table(Sleigh& s) {
+  add_link(s.world, {s.ground, s.body,
+                     joint_at(s.world, s.ground, s.body, JointKind::planar, {}, frame_along(kUp))});
+}
+/// The same on a table, its blade at the mass centre.
+Sleigh loaded_sleigh(Integrator integrator, Vec3 gravity, Real friction) {
+  Sleigh s = sleigh(integrator, 0, gravity);
+  s.world.links[s.skate].joint.parameters.edit().friction = friction;
+  add_table(s);
+  return s;
+}
+
 }  // namespace
 
 TEST_CASE("slips: Chaplygin's sleigh follows its closed form at the integrator's order") {
@@ -314,9 +327,81 @@ TEST_CASE("slips: a cart on two wheels runs on a circle, its wheels at the speed
   }
 }
 
+TEST_CASE("slips: beyond the coefficient of friction times its load a blade or a cart slides") {
+  constexpr Real kFriction = 0.5, kWeight = 9.81, kTime = 0.5;
+  for (const Integrator integrator : kAll)
+    for (const Real side : {0.49, 0.51})  // of the weight
+      for (const bool on_wheels : {false, true}) {
+        INFO(name_of(integrator) << ", side force " << side << (on_wheels ? ", cart" : ", blade"));
+        const Vec3 gravity = kWeight * Vec3(0, -1, side);
+        Entity body;
+        World w;
+        if (on_wheels) {
+          Cart s = cart(integrator);
+          s.world.gravity = gravity;
+          for (Link& l : s.world.links.values())
+            if (l.joint.kind == JointKind::wheel) l.joint.parameters.edit().friction = kFriction;
+          w = std::move(s.world), body = s.frame;
+        } else {
+          Sleigh s = loaded_sleigh(integrator, gravity, kFriction);
+          w = std::move(s.world), body = s.body;
+        }
+        Simulation sim(std::move(w), {0.01});
+        run(sim, kTime);
+        const Real exact = side > kFriction ? (side - kFriction) * kWeight * kTime : 0;
+        CHECK(sim.world.bodies[body].velocity.z == Approx(exact).margin(1e-9));
+      }
+}
+
+TEST_CASE("slips: a blade begins to slide when the table that carries it falls away fast enough") {
+  // The load is m (g - A w^2 sin wt); it slides once mu times that is less than m g'.
+  constexpr Real kG = 10, kSide = 3.5, kFriction = 0.5, kA = 1, kRate = 2, kTime = 0.7;
+  const Real gives = std::asin((kG - kSide / kFriction) / (kA * kRate * kRate)) / kRate;
+  const Real exact = (kSide - kFriction * kG) * (kTime - gives) +
+                     kFriction * kA * kRate * (std::cos(kRate * gives) - std::cos(kRate * kTime));
+  const auto error = [&](Integrator integrator, Real h) {
+    Sleigh s = loaded_sleigh(integrator, {0, -kG, kSide}, kFriction);
+    Lissajous path;
+    path.amplitude = {0, kA, 0}, path.frequency = {0, kRate / (2 * kPi), 0};
+    s.world.bodies[s.ground].motion = Motion::kinematic;
+    s.world.paths.add(s.ground, {path});
+    s.world.bodies[s.body].velocity = {0, kA * kRate, 0};
+    Simulation sim(std::move(s.world), {h});
+    run(sim, gives - 2 * h);
+    CHECK(std::abs(sim.world.bodies[s.body].velocity.z) <= 1e-9);
+    run(sim, kTime - sim.world.time);
+    return std::abs(sim.world.bodies[s.body].velocity.z - exact);
+  };
+  for (const Integrator integrator : kAll) {
+    const Real coarse = error(integrator, 0.01), fine = error(integrator, 0.0025);
+    INFO(name_of(integrator) << ": " << coarse << ", " << fine);
+    if (integrator != Integrator::implicit) {
+      CHECK(coarse <= 1e-9);
+      continue;
+    }
+    CHECK(fine <= 1e-5);
+    CHECK(std::log2(coarse / fine) / 2 > 1.7);
+  }
+}
+
+TEST_CASE("slips: a coefficient of friction needs one joint that carries the load") {
+  Sleigh s = sleigh(Integrator::rk4, 0);
+  s.world.links[s.skate].joint.parameters.edit().friction = 0.5;
+  const auto faults = [](const World& w) {
+    std::string all;
+    for (const StructureFault& f : check(w)) all += f.reason + "\n";
+    return all;
+  };
+  CHECK(faults(s.world).find("needs exactly one joint that carries it") != std::string::npos);
+  add_table(s);
+  CHECK(faults(s.world).empty());
+  add_table(s);
+  CHECK(faults(s.world).find("needs exactly one joint that carries it") != std::string::npos);
+}
+
 TEST_CASE("slips: a wheel that leans rolls as the rim of its disc does on the surface") {
   // Once as a curve that rolls on a plane, once as a curve that slides on it and a wheel.
-  const auto rolled = [](bool as_wheel, Real h) {
+  const auto rolled = [](bool as_wheel, Real h, Real friction) {
     constexpr Real kRim = 0.3;
     World w = exact_world(Integrator::rk4);
     const Entity ground = add_ground(w);
@@ -328,6 +413,7 @@ TEST_CASE("slips: a wheel that leans rolls as the rim of its disc does on the su
     SurfaceContact c;
     c.a = disc, c.b = ground;
     c.motion = as_wheel ? SurfaceMotion::sliding : SurfaceMotion::rolling;
+    if (!as_wheel && friction > 0) c.friction = friction;
     c.on_a.curve = contact_curve(nurbs::circle({}, kRim), OuterSide::right);
     c.on_b.skin = flat_skin(20);
     REQUIRE(place_surfaces(c, {w.bodies[disc].pose, w.bodies[ground].pose}).empty());
@@ -337,14 +423,22 @@ TEST_CASE("slips: a wheel that leans rolls as the rim of its disc does on the su
                                .b = disc,
                                .anchor = w.bodies[disc].pose.position,
                                .axle = leans * Vec3(0, 0, 1),
-                               .radius = kRim}));
+                               .radius = kRim,
+                               .friction = friction}));
     Simulation sim(std::move(w), {h});
     run(sim, 1);
     return sim.world.bodies[disc];
   };
+  for (const Real h : {0.005, 0.0025}) {  // it slips at first
+    const Body rim = rolled(false, h, 0.2), wheel = rolled(true, h, 0.2),
+               grips = rolled(true, h, 0);
+    INFO(h << ", slipping: " << glm::distance(rim.velocity, wheel.velocity));
+    CHECK(glm::distance(rim.velocity, wheel.velocity) <= 1e-6);
+    CHECK(glm::distance(grips.velocity, wheel.velocity) > 1e-2);
+  }
   Real before = 0;
   for (const Real h : {0.01, 0.005, 0.0025}) {
-    const Body rim = rolled(false, h), wheel = rolled(true, h);
+    const Body rim = rolled(false, h, 0), wheel = rolled(true, h, 0);
     const Real apart = glm::distance(rim.pose.position, wheel.pose.position) +
                        glm::distance(rim.velocity, wheel.velocity);
     INFO(h << ": " << apart);

@@ -79,6 +79,12 @@ std::vector<Case> cases() {
          c.world.joint_drives.add(c.links[1], d);
          return c.links[1];
        }},
+      {Feature::exact_drive,
+       [](Chain& c) {
+         hinge(c);
+         c.world.joint_drives.add(c.links[1], {}).exact = true;
+         return c.links[1];
+       }},
       {Feature::cable,
        [](Chain& c) {
          return add_cable(c.world, {c.hook, c.rods[2], {Vec3(0), Vec3(0), 2, 0}});

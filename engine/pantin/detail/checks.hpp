@@ -12,6 +12,8 @@ AngleLimit limit_of(Findings& findings, const char* member, const std::optional<
 void soften(Findings& findings, const std::optional<SoftStop>& soft, JointLimits& limits);
 SwingLimit swing_of(Findings& findings, const ConeLimit& cone);
 void check(Findings& findings, const std::optional<JointDrive>& drive);
+/// Whether joints of the kind have what the drive acts on.
+void check_drive(Findings& findings, const JointDrive& drive, JointKind kind);
 void check(Findings& findings, const SpringDamper& spring);
 void check(Findings& findings, const JointFriction& friction);
 void check(Findings& findings, const JointMotor& motor);

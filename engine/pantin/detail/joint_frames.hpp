@@ -38,12 +38,14 @@ template <class T>
 Result<Entity> link(World& world, Findings& findings, const T& described, const Joint& joint) {
   std::vector<Feature> features = features_of(joint);
   if constexpr (requires { described.drive; })
-    if (described.drive) features.push_back(Feature::pose_drive);
+    if (described.drive) features.push_back(feature_of(*described.drive));
+  if constexpr (requires { described.drive; })
+    if (described.drive) check_drive(findings, *described.drive, joint.kind);
   findings.known(features, {described.a, described.b});
   if (!findings.ok()) return findings.take();
   const Entity e = add_link(world, {described.a, described.b, joint}, described.name);
   if constexpr (requires { described.drive; })
-    if (described.drive) world.joint_drives.add(e, *described.drive);
+    if (described.drive) fit_spline(world.joint_drives.add(e, *described.drive).motion);
   return e;
 }
 

@@ -114,13 +114,17 @@ bool GroupBuilder::set_motor(Element<EventRecipe> e, std::uint32_t joint, JointM
     return error(" with an angle in degrees, expected a travel in m");
   const JointParameters& own = *j.joint.parameters;
   const JointMotor& before = turns ? own.rotation.motor : own.translation.motor;
-  if (before.kind == MotorKind::none && std::isnan(m.gain))
-    return error(" without a motor, expected one with a motor, or a \"gain\" for a new one");
+  const Real unit = e.recipe.length_unit;
+  // The target in m or m/s; of torques in N mm, and N/mm or N s/mm along a travel.
+  if (!turns) m.target *= unit, m.gain /= unit, m.damping /= unit;
+  if (turns) m.gain *= unit, m.damping *= unit, m.cap *= unit;
   if (m.kind == MotorKind::none) m.kind = before.kind, m.target = before.target;
   if (m.kind == MotorKind::none)
     return error(" without a motor, expected the \"velocity\" or \"position\" of a new one");
   const bool same = m.kind == before.kind;
   m.gain = or_before(m.gain, before.gain), m.cap = or_before(m.cap, before.cap);
+  if (m.gain == 0 && m.damping > 0)
+    return error(" whose motor has no \"gain\", expected one with a new \"damping\"");
   m.damping = or_before(m.damping, same ? before.damping : 0);
   return true;
 }
@@ -134,6 +138,7 @@ bool GroupBuilder::set_drive(Element<EventRecipe> e, std::uint32_t joint, DriveE
         "found joint " + quoted_name(j.name) + " without a drive, expected one with a \"drive\"");
     return false;
   }
+  if (j.drive->motion.travels) event.max_torque /= e.recipe.length_unit;  // N, not N m
   event.stiffness = or_before(event.stiffness, j.drive->stiffness);
   event.damping = or_before(event.damping, j.drive->damping);
   event.max_torque = or_before(event.max_torque, j.drive->max_torque);

@@ -2,6 +2,7 @@
 // kinds.
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <string>
 
 #include "engine/scene/read/read.hpp"
@@ -42,9 +43,11 @@ constexpr Key kMotor[] = {
     number("position", "rad", kAnyNumber, "Target coordinate; m for a translation."),
     angle_deg("position_deg", "The same for an angle."),
     number<&M::gain>(
-        "gain", "", kPositive,
-        "Torque per unit of error: N m s/rad or N m/rad; N s/m or N/m for a translation.")
-        .needed("the torque or force per unit of error"),
+        "gain", "N m s/rad or N m/rad", kPositive,
+        "Torque per unit of error; N s/m or N/m for a translation. Default: the motor is "
+        "critically "
+        "damped, for the inertia that it moves at the start, as fast as the step resolves.")
+        .without_default(),
     number<&M::damping>("damping", "N m s/rad", kNotNegative,
                         "With a position only; N s/m for a translation."),
     number<&M::cap>("cap", "N m", kNotNegative,
@@ -57,7 +60,9 @@ constexpr AnyOf kMotorNeeds[] = {
      "found no \"velocity\", expected a target rate, or a target \"position\""}};
 constexpr Beside kMotorPartners[] = {
     {"damping", "position position_deg",
-     "found \"damping\" of a velocity motor, expected it with \"position\" only"}};
+     "found \"damping\" of a velocity motor, expected it with \"position\" only"},
+    {"damping", "gain",
+     "found \"damping\" without \"gain\", expected both, or neither: they are then chosen"}};
 
 constexpr Key kDof[] = {
     object("spring", "spring", "Default: none."),
@@ -87,7 +92,8 @@ void check_keys(const Reader& from, JointKind kind) {
   }
 }
 
-/// A coordinate of a joint or its rate: m, or an angle under `key` or `key`_deg.
+}  // namespace
+
 Real read_coordinate(const Reader& from, std::string_view key, Coordinate along) {
   if (along == Coordinate::travel) {
     const std::string key_deg = std::string(key) + "_deg";
@@ -101,22 +107,54 @@ Real read_coordinate(const Reader& from, std::string_view key, Coordinate along)
   return angle;
 }
 
+namespace {
+
+/// Converts numbers along a coordinate to SI, of those keys that the file gives.
+struct ToSi {
+  const Reading& reading;
+  Coordinate along;
+
+  struct Member {
+    std::string_view key;
+    Real& value;
+  };
+  void operator()(const Reader& from, std::initializer_list<Member> members) const {
+    if (reading.length_unit == 1) return;
+    for (const Member& m : members)
+      if (from.has(m.key)) m.value *= to_si(from.row(m.key).unit, along, reading.length_unit);
+  }
+};
+
 /// "spring", "friction" and "motor".
 Dof read_freedom(const Reading& reading, const Reader& from, Coordinate along) {
   Dof dof;
+  const ToSi to_si_units{reading, along};
   if (const NodeId node = from.find("spring"); node != kNoNode) {
     const Reader spring = reading.open(node, "spring");
     read_rows(reading, spring, dof.spring);
     dof.spring.rest = read_coordinate(spring, "rest", along);
+    to_si_units(spring, {{"stiffness", dof.spring.stiffness},
+                         {"damping", dof.spring.damping},
+                         {"rest", dof.spring.rest}});
   }
-  if (const NodeId node = from.find("friction"); node != kNoNode)
-    read_rows(reading, reading.open(node, "friction"), dof.friction);
+  if (const NodeId node = from.find("friction"); node != kNoNode) {
+    const Reader friction = reading.open(node, "friction");
+    read_rows(reading, friction, dof.friction);
+    to_si_units(friction, {{"viscous", dof.friction.viscous},
+                           {"dry", dof.friction.dry},
+                           {"slip", dof.friction.slip}});
+  }
   if (const NodeId node = from.find("motor"); node != kNoNode) {
     const Reader motor = reading.open(node, "motor");
     read_rows(reading, motor, dof.motor);
     const bool stands_at = either(motor, "position") != kNoNode;
     dof.motor.kind = stands_at ? MotorKind::position : MotorKind::velocity;
-    dof.motor.target = read_coordinate(motor, stands_at ? "position" : "velocity", along);
+    const std::string_view target = stands_at ? "position" : "velocity";
+    dof.motor.target = read_coordinate(motor, target, along);
+    to_si_units(motor, {{target, dof.motor.target},
+                        {"gain", dof.motor.gain},
+                        {"damping", dof.motor.damping},
+                        {"cap", dof.motor.cap}});
   }
   return dof;
 }

@@ -19,19 +19,27 @@ constexpr Key kJointDrive[] = {
     number<&D::stiffness>("stiffness", "N m/rad", kNotNegative, "Of the spring."),
     number<&D::damping>("damping", "N m s/rad", kNotNegative, "Of the damper."),
     number<&D::max_torque>("max_torque", "N m", kNotNegative,
-                           "Maximum torque. Default: unlimited."),
+                           "Maximum torque; N for a motion along a travel. Default: unlimited."),
     objects("keys", "pose_key",
             "Targets over time instead, in order of time, by the shortest rotation from each to "
             "the next; constant before the first and after the last."),
     flag<&D::loop>("loop", "Repeat the keys forever; the last must equal the first."),
+    object("motion", "drive_motion",
+           "Instead of a spring: the coordinate follows this motion exactly, by whatever torque "
+           "that takes. Beyond max_torque it yields with that torque, and catches up later. For "
+           "the solver lagrangian."),
 };
 constexpr Exclusive kDrivePairs[] = {{"target", "angle angle_deg keys"},
                                      {"target_deg", "angle angle_deg keys"},
                                      {"angle", "keys"},
-                                     {"angle_deg", "keys"}};
-constexpr AnyOf kDriveNeeds[] = {{"stiffness damping",
+                                     {"angle_deg", "keys"},
+                                     {"motion",
+                                      "target target_deg angle angle_deg stiffness damping keys "
+                                      "loop"}};
+constexpr AnyOf kDriveNeeds[] = {{"stiffness damping motion",
                                   "found neither \"stiffness\" nor \"damping\", expected one of "
-                                  "them: without them a drive has no effect"}};
+                                  "them, or an exact \"motion\": without them a drive has no "
+                                  "effect"}};
 constexpr Beside kDrivePartners[] = {
     {"loop", "keys", "found \"loop\" without \"keys\", expected it with them"}};
 
@@ -106,7 +114,8 @@ void read_pose_keys(const Reading& reading, const Reader& from, JointKind kind, 
 
 constinit const KeySet keys::joint_drive{
     "joint_drive",
-    "A spring and damper that rotate a joint towards a target. Needs stiffness, damping or both.",
+    "A spring and damper that rotate a joint towards a target, or an exact motion along its "
+    "coordinate. Needs stiffness, damping or both, or a motion.",
     kJointDrive,
     kDrivePairs,
     kDriveNeeds,
@@ -119,14 +128,22 @@ std::optional<JointDrive> read_pose_drive(const Reading& reading, const Reader& 
   const NodeId node = outer.find("drive");
   if (node == kNoNode) return std::nullopt;
   const Reader from = reading.open(node, "joint_drive");
+  if (const NodeId motion = from.is_object() ? from.find("motion") : kNoNode; motion != kNoNode) {
+    JointDrive drive;
+    read_rows(reading, from, drive);
+    drive.exact = true;
+    drive.motion = read_drive_motion(reading.open(motion, "drive_motion"), reading, kind);
+    if (drive.motion.travels) drive.max_torque /= reading.length_unit;  // N, not N m
+    return drive;
+  }
   if (holds_point(kind) && turns_of(kind) == Turns::nowhere)
     reading.diagnostics.error_at_key(
         node, "found a drive of " + a_joint(kind) + ", expected none: it has no rotation");
   if (!holds_point(kind))
     reading.diagnostics.error_at_key(
-        node,
-        "found a drive of " + a_joint(kind) +
-            ", expected a \"motor\" or a \"spring\": drives rotate joints with a shared point");
+        node, "found a drive of " + a_joint(kind) +
+                  ", expected a \"motion\" in it, a \"motor\" or a \"spring\": springs of drives "
+                  "rotate joints with a shared point");
   JointDrive drive;
   read_rows(reading, from, drive);
   drive.target = read_target(from, kind).value_or(kIdentity);

@@ -27,10 +27,31 @@ constexpr Range wider(const Range& a, const Range& b) {
   return {std::min(a.least, b.least), std::max(a.most, b.most), "a number that fits the kind"};
 }
 
+/// The units of the parameters of joint kinds, by key.
+struct UnitOfParameter {
+  std::string_view key, unit;
+};
+constexpr UnitOfParameter kUnitsOfParameters[] = {
+    {"length", "m"},      {"radius", "m"}, {"pitch", "m/rad"},          {"stiffness", "N/m"},
+    {"damping", "N s/m"}, {"grip", "N"},   {"friction_coefficient", ""}};
+constexpr const UnitOfParameter* unit_of_parameter(std::string_view key) {
+  for (const UnitOfParameter& u : kUnitsOfParameters)
+    if (u.key == key) return &u;
+  return nullptr;
+}
+static_assert(
+    [] {
+      for (const JointKindInfo& kind : kJointKindInfos)
+        for (const Parameter& p : kind.parameters)
+          if (!unit_of_parameter(p.key)) return false;
+      return true;
+    }(),
+    "a parameter of a joint kind has no unit: add its key to kUnitsOfParameters");
+
 /// Adds the parameters of a kind to `into`, from `count` on; only counts them if `into` is full.
 constexpr void add_parameters(const JointKindInfo& kind, std::span<Key> into, std::size_t& count) {
   for (const Parameter& p : kind.parameters) {
-    Key key = number(p.key, "", range_of(p),
+    Key key = number(p.key, unit_of_parameter(p.key)->unit, range_of(p),
                      p.as_placed ? "Default: as placed." : "Of kinds of joints that have it.");
     if (!p.about.empty()) key.about = p.about;
     if (!p.needed.empty()) key.about = key.expected = p.needed;
@@ -98,7 +119,8 @@ constexpr Key kEveryJoint[] = {
     row("rest", ValueType::joint_turn, "", "Q at the start. Default: none.").of_kinds(is_no_line),
     row("rest_deg", ValueType::joint_turn_deg, "degrees", "The same.").of_kinds(is_no_line),
     object("limits", "limits", "Limits of its coordinates. Default: those of its kind."),
-    object("drive", "joint_drive", "A spring and damper towards a target. Default: none.")
+    object("drive", "joint_drive",
+           "A spring and damper towards a target, or an exact motion. Default: none.")
         .of_kinds(is_driven),
     vector<&J::point_a>(
         "point_a", "m",
@@ -283,7 +305,7 @@ bool read_members(const Reading& reading, const Reader& from, JointRecipe& joint
 }
 
 bool read_members(const Reading& reading, const Reader& from, GearRecipe& gear) {
-  gear.in_degrees = from.has("offset_deg");
+  gear.in_degrees = from.has("offset_deg"), gear.length_unit = reading.length_unit;
   return read_rows(reading, from, gear);
 }
 

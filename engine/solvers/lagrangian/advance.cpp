@@ -48,8 +48,11 @@ void add_impulses(Island& m, Real h) {
 /// tensile, and in friction.
 void add_projected_forces(Island& m, Real h) {
   for (const Block& b : m.blocks) {
-    for (std::size_t r = 0; b.kind == BlockKind::joint && may_slip(b) && r < b.rows; ++r)
+    const bool counts = b.kind == BlockKind::joint && (may_slip(b) || b.carries);
+    for (std::size_t r = 0; counts && r < b.rows; ++r)
       m.mean_lambda[b.first_row + r] += m.scratch.lambda[b.first_row + r] / h;
+    if (b.carrier != UINT32_MAX)
+      m.touches[b.first_place].projected = load_of(m, b, m.scratch.lambda) / h;
     if (b.kind != BlockKind::surface) continue;
     const Real force = m.scratch.lambda[b.first_row] / h;
     if (!b.lock || m.rubs) m.mean_lambda[b.first_row] += force;

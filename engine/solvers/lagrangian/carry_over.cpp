@@ -29,6 +29,7 @@ struct Unchanged {
         return is_same_value(world.surface_contacts, old, slot);
       case BlockKind::joint:
       case BlockKind::limit:
+      case BlockKind::drive:
       case BlockKind::spring:
       case BlockKind::joint_torque:
         break;
@@ -46,7 +47,8 @@ struct Unchanged {
   }
   bool operator()(const Frame& a, const Frame& b) const {
     return is_same_value(world.bodies, a.slot, b.slot) && is_same_value(world.pins, a.pin, b.pin) &&
-           is_same_value(world.cables, a.cable, b.cable);
+           is_same_value(world.cables, a.cable, b.cable) &&
+           is_same_value(world.joint_drives, a.drive, b.drive);
   }
   bool operator()(const JointForce& a, const JointForce& b) const {
     return a.coordinate == b.coordinate && std::equal(a.body, a.body + 2, b.body) &&

@@ -38,7 +38,7 @@ struct Packer {
 
 std::uint32_t add_frame(Island& m, std::uint32_t slot, std::uint32_t pin) {
   for (std::size_t i = 0; i < m.frames.size() && pin == kNobody; ++i)
-    if (m.frames[i].slot == slot && m.frames[i].pin == kNobody && m.frames[i].cable == kNobody)
+    if (m.frames[i].slot == slot && m.frames[i].is_body())
       return static_cast<std::uint32_t>(m.count() + i);
   Frame f;
   f.slot = slot, f.pin = pin;
@@ -53,6 +53,10 @@ std::uint32_t add_winch(Island& m, std::uint32_t cable) {
   m.frames.push_back(f);
   return static_cast<std::uint32_t>(m.count() + m.frames.size() - 1);
 }
+
+/// Why a blade or wheel with a coefficient of friction has no load.
+constexpr const char* kNoCarrier =
+    "needs exactly one joint that carries it: between its bodies, or a and a body joined to b";
 
 /// A body's number in the island, as a frame if it is not its own.
 std::uint32_t number_of(Packer& p, std::uint32_t island, std::uint32_t slot) {
@@ -125,10 +129,25 @@ void pack_joint_forces(Island& m, const Joint& joint, Block block) {
       add(Coordinate::travel, joint.parameters->translation);
 }
 
+/// Adds the exact drive of a joint: a row with a frame whose x is the coordinate.
+void add_exact_drive(Island& m, const World& world, Block block) {
+  const Entity owner = world.links.owners()[block.source];
+  Frame f;
+  f.drive = world.joint_drives.slot(owner);
+  m.frames.push_back(f);
+  block.kind = BlockKind::drive, block.rows = 1, block.point = false;
+  block.coordinate =
+      world.joint_drives[owner].motion.travels ? Coordinate::travel : Coordinate::angle;
+  block.body[block.count++] = static_cast<std::uint32_t>(m.count() + m.frames.size() - 1);
+  add_block(m, block);
+  m.driven = m.damped = true;
+}
+
 /// Adds a joint that constrains velocities only.
 void add_slip(Island& m, const Joint& joint, Block block) {
-  const Real grip = joint.parameters->grip;
-  block.holonomic = false, block.lock = !(grip > 0), block.bound = grip;
+  const Real grip = joint.parameters->grip, friction = joint.parameters->friction;
+  block.holonomic = false, block.lock = !(grip > 0 || friction > 0);
+  block.bound = friction > 0 ? friction : grip;
   m.rolls = true;
   if (may_slip(block)) m.unilateral = m.rubs = m.damped = true, ++m.slips;
   add_block(m, block);
@@ -158,8 +177,10 @@ void pack_links(Packer& p) {
       add_slip(m, link.joint, block);
     add_limits(m, link.joint, block);
     pack_joint_forces(m, link.joint, block);
+    const JointDrive* drive = world.joint_drives.find(world.links.owners()[i]);
+    if (drive && drive->exact) add_exact_drive(m, world, block);
     const bool is_soft = link.joint.limits->soft_zone > 0;
-    if (!is_soft && !world.joint_drives.find(world.links.owners()[i])) continue;
+    if (!is_soft && !(drive && !drive->exact)) continue;
     m.joint_torques.push_back({i, {block.body[0], block.body[1]}}), m.damped = true;
     block.kind = BlockKind::joint_torque, block.rows = 3;
     add_compliant_block(m, block);
@@ -379,11 +400,23 @@ void pack_belts(Packer& p) {
   }
 }
 
-/// Gives joints that may slip a place for their slip, after those of surfaces.
-void number_slips(Island& m) {
+/// Gives joints that may slip a place for their slip, after those of surfaces, and a carrier.
+void number_slips(Packer& p, Island& m) {
   auto place = static_cast<std::uint32_t>(m.touch_sources.size());
+  std::vector<Real> shares(m.blocks.size(), 0);
+  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
+    Block& b = m.blocks[i];
+    if (b.kind != BlockKind::joint || !may_slip(b)) continue;
+    b.first_place = place++;
+    if (!(p.world.links.values()[b.source].joint.parameters->friction > 0)) continue;
+    if (find_carrier(m, i))
+      ++shares[b.carrier];
+    else
+      b.bound = 0, p.partition.faults.push_back({p.world.links.owners()[b.source], kNoCarrier,
+                                                 StructureFault::left_out, false});
+  }
   for (Block& b : m.blocks)
-    if (b.kind == BlockKind::joint && may_slip(b)) b.first_place = place++;
+    if (b.carrier != UINT32_MAX) b.bound /= shares[b.carrier];
 }
 
 /// Whether blocks close a loop, through the ground too: rows may be dependent.
@@ -393,7 +426,7 @@ bool has_loops(const Island& m) {
   for (const Block& b : m.blocks) {
     if (is_compliant(b.kind)) continue;
     if (b.kind == BlockKind::gear || b.kind == BlockKind::belt || b.kind == BlockKind::limit ||
-        b.kind == BlockKind::roll)
+        b.kind == BlockKind::roll || b.kind == BlockKind::drive)
       continue;  // rolling adds no second path between bodies
     const std::size_t bodies = b.kind == BlockKind::cable ? b.count - 1u : b.count;
     for (std::size_t k = 1; k < bodies; ++k) {
@@ -424,6 +457,7 @@ Entity joint_of(const World& world, const Block& block) {
       return world.surface_contacts.owners()[block.source];
     case BlockKind::joint:
     case BlockKind::limit:
+    case BlockKind::drive:
     case BlockKind::spring:
     case BlockKind::joint_torque:
       break;
@@ -454,7 +488,7 @@ void compile(World& world, std::span<const IslandPlan> plans) {
   }
   pack_links(p), pack_pins(p), pack_cables(p), pack_gears(p), pack_belts(p), pack_surfaces(p);
   for (Island& m : islands) {
-    count_pins(m), number_slips(m);
+    count_pins(m), number_slips(p, m);
     m.loops = has_loops(m);
     carry_memory(world, before, m);
   }

@@ -126,6 +126,10 @@ void set_own_grips(Island& m) {
     if (b.kind == BlockKind::surface)
       scratch.step_lambda[b.first_row] += m.touches[b.first_place].projected;
   set_grips(m, scratch.step_lambda);
+  for (const Block& b : m.blocks)
+    if (b.carrier != UINT32_MAX && m.blocks[b.carrier].kind == BlockKind::joint)
+      scratch.touching[b.first_place].grip =
+          std::abs(load_of(m, b, scratch.sum_lambda) + m.touches[b.first_place].projected);
 }
 
 /// Residuals of the equations at the end of the step, into scratch.force_residuals and

@@ -22,9 +22,9 @@ void assert_factorable(const KktPattern& p);
 enum class Hubs : std::uint8_t { none, allowed };
 KktPattern make_pattern(const Island& m, Hubs hubs);
 
-/// Row arrays to compute.
+/// Row arrays to compute. Without `jacobian`, joints and pins keep theirs; all others write it.
 struct Want {
-  bool c = true, gamma = true;
+  bool c = true, gamma = true, jacobian = true;
 };
 
 /// Forward kinematics: rotation matrices and world inertia from `scratch.state`.
@@ -94,6 +94,31 @@ JointTorque torque_of(const World& world, const Island& m, const BodyPairForce& 
 /// Adds the torques of all joints to scratch.force: at the current state, or as at the end of
 /// scratch.forces_over.
 void add_joint_torques(const World& world, Island& m);
+// Exact drives (drives.cpp). Those with a maximum torque may yield.
+
+/// The state of a drive's block.
+inline const DriveLag& lag_of(const Island& m, const Block& drive) {
+  return m.frames[drive.body[2] - m.count()].lag;
+}
+/// The coordinate that a drive's frame requires at `time`.
+CoordinateMotion drive_motion(const World& world, const Frame& frame, Real time);
+/// Writes the row of a drive.
+void write_drive(const World& world, Island& m, std::size_t block);
+/// At the start of a step of `h`, at the state in scratch.state: how far each drive is behind.
+void begin_drives(const World& world, Island& m, Real h);
+enum class StepOutcome : std::uint8_t { taken, failed };
+/// After a step of `h`: lets drives yield that needed more than their maximum torque, or all others
+/// if the step failed. True if any did: the step has to be repeated.
+bool yield_drives(const World& world, Island& m, Real h, StepOutcome outcome);
+/// Whether a drive is a row now that could yield.
+bool may_yield(const World& world, const Island& m);
+/// Adds the forces of drives that yield to scratch.force.
+void add_drive_forces(const World& world, Island& m);
+/// Before contacts: drives that may yield do so, with the force of the step, since a constraint
+/// would leave no motion for contacts to stop.
+void release_drives(const World& world, Island& m);
+/// After contacts: writes the torques of drives to the World.
+void note_drives(World& world, Island& m);
 /// Slopes of the forces of all compliant rows at the current state, by row: N/m and N s/m, or N
 /// m/rad and N m s/rad. Mobility: acceleration by a unit force on the row, 1/kg or 1/(kg m^2).
 struct ForceSlopes {
@@ -204,7 +229,13 @@ void place_for_inspection(const World& world, Island& m, Real h);
 /// Residuals below this bound count as zero.
 Real tolerance_of(const Island& m);
 Real worst_residual(const Island& m);
-bool is_active(const Island& m, std::size_t block);
+/// Whether a block is one of rows now: for kinds that may be none.
+bool is_active_now(const Island& m, std::size_t block);
+inline bool is_active(const Island& m, std::size_t block) {
+  const Block& b = m.blocks[block];
+  const bool always = b.kind == BlockKind::pin || (b.kind == BlockKind::joint && b.holonomic);
+  return always || is_active_now(m, block);
+}
 /// Takes over the state of an earlier compilation, by bodies and blocks (carry_over.cpp).
 void carry_memory(const World& world, std::vector<Island>& before, Island& m);
 /// The length of a cable as a row, m (cables.cpp).
@@ -257,6 +288,11 @@ void write_surface(const World& world, Island& m, std::size_t block, Want want);
 void clear_rolling(Island& m);
 /// Releases the surface joint that was lost in the step, if its joint says so.
 bool release_lost(const World& world, Island& m);
+/// Finds the joint that carries one that may slip by a coefficient of friction, which is divided
+/// among those on it later. False: there is none, or more than one.
+bool find_carrier(Island& m, std::size_t block);
+/// N or N s: force along the contact's normal that a carrier exerts, signed.
+Real load_of(const Island& m, const Block& slip, std::span<const Real> lambda);
 // Friction of surface joints and of joints that may slip (surface_friction.cpp). `block` is of
 // rolling or such a joint, `lambda` by row.
 

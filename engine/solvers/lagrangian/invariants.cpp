@@ -15,7 +15,9 @@ void assert_bodies(const Island& m) {
   PANTIN_ASSERT(m.mass.size() == n && m.inertia.size() == n);
   PANTIN_ASSERT(m.drag.size() == n && m.gravity_scale.size() == n);
   for ([[maybe_unused]] const Frame& f : m.frames)
-    PANTIN_ASSERT((f.slot != UINT32_MAX) + (f.pin != UINT32_MAX) + (f.cable != UINT32_MAX) == 1);
+    PANTIN_ASSERT((f.slot != UINT32_MAX) + (f.pin != UINT32_MAX) + (f.cable != UINT32_MAX) +
+                      (f.drive != UINT32_MAX) ==
+                  1);
 }
 
 void assert_block(const Island& m, std::size_t i) {
@@ -30,6 +32,7 @@ void assert_block(const Island& m, std::size_t i) {
   }
   if (b.kind == BlockKind::gear)
     for ([[maybe_unused]] const std::uint8_t end : b.ends) PANTIN_ASSERT(end < b.count);
+  PANTIN_ASSERT(b.kind != BlockKind::drive || (b.count == 3 && b.body[2] >= m.count()));
   PANTIN_ASSERT(b.kind != BlockKind::surface || b.first_place < m.touch_sources.size());
 }
 

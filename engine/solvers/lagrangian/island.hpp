@@ -15,6 +15,7 @@
 #include "engine/solvers/lagrangian/blow_scratch.hpp"
 #include "engine/solvers/lagrangian/complex.hpp"
 #include "engine/solvers/lagrangian/contact_group.hpp"
+#include "engine/solvers/lagrangian/frame.hpp"
 #include "engine/solvers/lagrangian/touches.hpp"
 #include "engine/world/body.hpp"
 #include "engine/world/entity.hpp"
@@ -33,6 +34,7 @@ enum class BlockKind : std::uint8_t {
   surface,  // gap of two surfaces in contact; if unilateral, a row only while it is active
   roll,     // of the block before: no slip and no spin there. Constrains poses only if holonomic.
             // With friction, a row only while it sticks: BlockMemory::active
+  drive,    // an exact drive: a row unless it yields
   spring,   // a joint force treated implicitly (Euler, implicit, radau)
   // Other compliant elements (radau).
   elastic_cable,
@@ -49,7 +51,7 @@ inline constexpr std::size_t kMostBlockBodies = 8;
 /// Rows that are eliminated together: 1 to 6 rows on up to 8 bodies.
 struct Block {
   BlockKind kind = BlockKind::joint;
-  Coordinate coordinate = Coordinate::angle;  // limit, spring; gear: of the first link
+  Coordinate coordinate = Coordinate::angle;  // limit, drive, spring; gear: of the first link
   Coordinate second = Coordinate::angle;      // gear: of the second link
   bool upper = false;                         // limit: the upper bound
   bool lock = false;                          // limit: both bounds are equal; surface: bilateral;
@@ -57,7 +59,8 @@ struct Block {
   bool holonomic = true;                      // its rows constrain poses; false: velocities only
   bool point = false;                         // rows 0 to 2 constrain a point, the others rotations
   std::uint8_t rows = 0, count = 0;           // of rows, of bodies
-  std::uint32_t source = 0;                   // slot in the store of its kind; limit, spring: links
+  std::uint32_t source = 0;                   // slot in the store of its kind; limit, drive,
+                                              // spring: links
   std::uint32_t body[kMostBlockBodies] = {};  // in the island
   std::uint8_t ends[4] = {};      // gear: bodies a and b of the first and of the second link
   std::uint32_t first_place = 0;  // of a cable over guides: in Island::places; of surfaces and
@@ -66,7 +69,10 @@ struct Block {
   std::uint32_t first_row = 0;
   std::uint32_t first_vector = 0;  // in the Jacobian: see solvers/lagrangian/jacobian.hpp
   Real bound = 0;                  // limit: value; gear: offset; roll: friction; a joint that may
-                                   // slip: its grip, N
+                                   // slip: its grip, N, or its share of friction with a carrier
+  std::uint32_t carrier = UINT32_MAX;  // a joint that may slip: the block whose normal force is its
+                                       // load, or none
+  bool carries = false;                // it is such a block
 
   static void fields(auto& self, auto&& field) {
     field("kind", derived(self.kind));
@@ -85,6 +91,8 @@ struct Block {
     field("first_row", derived(self.first_row));
     field("first_vector", derived(self.first_vector));
     field("bound", self.bound);
+    field("carrier", derived(self.carrier));
+    field("carries", derived(self.carries));
   }
 };
 
@@ -123,24 +131,6 @@ struct JointForce {
 struct BodyPairForce {
   std::uint32_t source = 0, body[2] = {};
   Real beside = 1;  // spring pins: the largest number of them at either body
-};
-
-/// A reference frame that is not part of the island: the world, a fixed or kinematic body, a pin's
-/// target; or the winch of a cable, whose x is the cable's length.
-struct Frame {
-  std::uint32_t slot = UINT32_MAX;   // in World::bodies; none: see pin
-  std::uint32_t pin = UINT32_MAX;    // in World::pins; none: the world
-  std::uint32_t cable = UINT32_MAX;  // in World::cables
-  Pose before;                       // at the end of the last step
-  bool known = false;
-
-  static void fields(auto& self, auto&& field) {
-    field("slot", derived(self.slot));
-    field("pin", derived(self.pin));
-    field("cable", derived(self.cable));
-    field("before", self.before);
-    field("known", self.known);
-  }
 };
 
 /// A fault of an island in its present state.
@@ -342,7 +332,8 @@ struct IslandStructure {
   bool unilateral = false;           // limits, cables or surfaces that may lift off
   bool rolls = false;                // has rows that constrain velocities only
   bool damped = false;
-  Entity unfit;  // a body that cannot be stepped, or none
+  bool driven = false;  // has exact drives
+  Entity unfit;         // a body that cannot be stepped, or none
 
   static void fields(auto& self, auto&& field) {
     field("settings", self.settings);
@@ -367,6 +358,7 @@ struct IslandStructure {
     field("unilateral", derived(self.unilateral));
     field("rolls", derived(self.rolls));
     field("damped", derived(self.damped));
+    field("driven", derived(self.driven));
     field("unfit", derived(self.unfit));
   }
 };
@@ -420,6 +412,7 @@ struct StepResult {
 
 struct Island : IslandStructure, TouchStructure, IslandMemory, StepResult {
   Scratch<StepScratch> scratch;
+  Scratch<IslandMemory> entry_memory;  // at the start of a step with drives that may yield
 
   std::size_t count() const { return bodies.size(); }
   /// Rows of constraints.
@@ -431,6 +424,7 @@ struct Island : IslandStructure, TouchStructure, IslandMemory, StepResult {
     TouchStructure::fields(self, field);
     IslandMemory::fields(self, field);
     field("scratch", derived(self.scratch));
+    field("entry_memory", derived(self.entry_memory));
   }
 };
 

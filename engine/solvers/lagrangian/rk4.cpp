@@ -1,6 +1,7 @@
 // Runge-Kutta: the classic method of order 4; within a tolerance the 5(4) pair.
 #include <algorithm>
 
+#include "engine/base/butcher_tableau.hpp"
 #include "engine/solvers/lagrangian/integrator.hpp"
 
 namespace pantin::detail::lagrangian {
@@ -9,31 +10,6 @@ namespace {
 /// Stability limit of Runge-Kutta (rate times step), and changes of speed that are negligible
 /// (squared, relative).
 constexpr Real kMaxRate = 1.9, kNegligible = 1e-6, kTurning = 2.5e-3;
-
-/// Butcher tableau of an explicit Runge-Kutta method.
-struct Table7 {
-  int stages;
-  Real c[7], a[7][6], b[7], lower[7];
-};
-
-constexpr Table7 kClassic{4,
-                          {0, 0.5, 0.5, 1},
-                          {{}, {0.5}, {0, 0.5}, {0, 0, 1}},
-                          {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6},
-                          {}};
-/// [Dormand & Prince 1980]
-constexpr Table7 kPair{
-    7,
-    {0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1, 1},
-    {{},
-     {1.0 / 5},
-     {3.0 / 40, 9.0 / 40},
-     {44.0 / 45, -56.0 / 15, 32.0 / 9},
-     {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
-     {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
-     {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84}},
-    {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84, 0},
-    {5179.0 / 57600, 0, 7571.0 / 16695, 393.0 / 640, -92097.0 / 339200, 187.0 / 2100, 1.0 / 40}};
 
 /// state = from + h sum of weight_i rates_i.
 void combine(Island& m, const Real* weights, int count, Real h) {
@@ -54,7 +30,7 @@ void combine(Island& m, const Real* weights, int count, Real h) {
   }
 }
 
-bool runge_kutta(const World& world, Island& m, const Span& span, const Table7& t) {
+bool runge_kutta(const World& world, Island& m, const Span& span, const ButcherTableau& t) {
   StepScratch& scratch = m.scratch;
   scratch.from = scratch.state;
   std::fill(m.mean_lambda.begin(), m.mean_lambda.end(), 0.0);
@@ -96,18 +72,18 @@ bool is_unstable(const World& world, const Island& m, Real h) {
 }
 
 bool step_rk4(const World& world, Island& m, const Span& span) {
-  return runge_kutta(world, m, span, kClassic) && !is_unstable(world, m, span.h);
+  return runge_kutta(world, m, span, kClassicRungeKutta) && !is_unstable(world, m, span.h);
 }
 
 bool step_estimated(const World& world, Island& m, const Span& span, Real& error) {
   StepScratch& scratch = m.scratch;
-  if (!runge_kutta(world, m, span, kPair)) return false;
+  if (!runge_kutta(world, m, span, kDormandPrince)) return false;
   error = 0;
   for (std::size_t b = 0; b < m.count(); ++b) {
     Vec3 x(0), v(0), w(0);
     Quat q(0, 0, 0, 0);
-    for (int i = 0; i < kPair.stages; ++i) {
-      const Real e = span.h * (kPair.b[i] - kPair.lower[i]);
+    for (int i = 0; i < kDormandPrince.stages; ++i) {
+      const Real e = span.h * (kDormandPrince.b[i] - kDormandPrince.lower[i]);
       const Vec3* rate = &scratch.rates[i][3 * b];
       x += e * rate[0], v += e * rate[1], w += e * rate[2];
       q += e * scratch.quat_rates[i][b];
@@ -122,8 +98,8 @@ bool step_estimated(const World& world, Island& m, const Span& span, Real& error
 
 const IntegratorRow integrators::rk4{.step = step_rk4,
                                      .step_estimated = step_estimated,
-                                     .stages = kClassic.stages,
-                                     .stages_estimated = kPair.stages,
+                                     .stages = kClassicRungeKutta.stages,
+                                     .stages_estimated = kDormandPrince.stages,
                                      .may_open_joints = true,
                                      .efforts_are_forces = true,
                                      .keeps_energy_to = 1e-4};

@@ -5,8 +5,10 @@
 #include "engine/base/rotation.hpp"
 #include "engine/contact/detect.hpp"
 #include "engine/solvers/lagrangian/contacts.hpp"
+#include "engine/solvers/lagrangian/internal.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
+#include "engine/world/surface_start.hpp"
 
 namespace pantin::detail::lagrangian {
 namespace {
@@ -23,6 +25,7 @@ void predict(World& world, const StepTask& task) {
 bool asleep(const World& world) {
   for (const Island& m : islands_of(world))
     for (std::size_t b = 0; b < m.count(); ++b) {
+      if (m.driven) return false;
       const Body& body = world.bodies.values()[m.slots[b]];
       if (contact::moves(body) || body.restart || body.teleport) return false;
       if (m.scratch.stepped && m.scratch.entry.x[b] != body.pose.position) return false;
@@ -87,7 +90,14 @@ void take_contacts(World& world, Real) {
     if (is_own(world, c.slot_a)) c.active = false, c.force = Vec3(0), c.depth = 0;
 }
 
-void adjust(World& world, const StepTask& task) { resolve_contacts(world, task.h); }
+void adjust(World& world, const StepTask& task) {
+  std::vector<Island>& all = islands_of(world);
+  for (Island& m : all)
+    if (m.driven && !m.lost) release_drives(world, m);
+  resolve_contacts(world, task.h);
+  for (Island& m : all)
+    if (m.driven && !m.lost) note_drives(world, m);
+}
 
 void note_failure(const World& world, StepReport& report) {
   for (const Island& m : islands_of(world))
@@ -96,6 +106,19 @@ void note_failure(const World& world, StepReport& report) {
       report.contact_fault = nurbs::word_of(m.lost_how);
     } else if (m.lost && !m.cannot_close && report.status != Status::diverged)
       report.status = Status::diverged, report.body = m.lost, report.residual = m.residual;
+}
+
+/// Surfaces that bear, but nearly fit one another there: rounding decides where they touch.
+void note_uncertain(const World& world, const Island& m, StepReport& report) {
+  for (std::size_t n = 0; n < m.touches.size(); ++n) {
+    if (!m.touches[n].known || !is_active(m, m.touch_blocks[n])) continue;
+    const std::uint32_t source = m.touch_sources[n];
+    const SurfaceContact& c = world.surface_contacts.values()[source];
+    const nurbs::CommonNormal& pair = m.scratch.touching[n].pair;
+    if (pair.status == nurbs::ContactStatus::found && is_place_uncertain(c, pair.least_curvature) &&
+        report.uncertain++ == 0)
+      report.uncertain_at = world.surface_contacts.owners()[source];
+  }
 }
 
 void report(const World& world, StepReport& report) {
@@ -108,6 +131,8 @@ void report(const World& world, StepReport& report) {
     report.substeps = std::max(report.substeps, m.substeps), report.events += m.events;
     if (m.rescues > 0 && report.rescued++ == 0) report.rescued_at = m.bodies.front();
     report.released += m.released;
+    note_uncertain(world, m, report);
+    for (const Frame& f : m.frames) report.drives_capped += f.drive != UINT32_MAX && f.lag.limited;
     for (const Fault& f : m.faults) {
       if (f.kind != Fault::inconsistent || report.status != Status::ok) continue;
       report.status = Status::inconsistent;

@@ -98,7 +98,8 @@ void count_turns(const World& world, Island& m, CountFrom from) {
       }
       continue;
     }
-    if (b.kind != BlockKind::joint && b.kind != BlockKind::limit && b.kind != BlockKind::spring)
+    if (b.kind != BlockKind::joint && b.kind != BlockKind::limit && b.kind != BlockKind::drive &&
+        b.kind != BlockKind::spring)
       continue;
     const Joint& joint = world.links.values()[b.source].joint;
     const bool counts = b.kind == BlockKind::joint && info_of(joint.kind).counts_turns;
@@ -116,6 +117,8 @@ void count_turns(const World& world, Island& m, CountFrom from) {
     const Real pitch = info_of(joint.kind).slide_per_turn(joint);
     const bool told = pitch != 0;
     if (anew && told) before[0] = value(Coordinate::travel) / pitch;
+    if (anew && !told && b.kind == BlockKind::drive)
+      before[0] = m.scratch.body_states[b.body[2]].position.x;
     Real c = value(counts ? Coordinate::angle : b.coordinate);
     if (anew && !told && b.kind == BlockKind::limit && !b.lock) {
       // The range may contain another revolution than the nearest.
@@ -192,6 +195,7 @@ void allocate_scratch(Island& m) {
     r.rates[i].assign(3 * bodies, Vec3(0)), r.quat_rates[i].assign(bodies, kIdentity);
   if (by.collocates) allocate_collocation(m);
   allocate_blows(m);
+  if (m.driven) static_cast<IslandMemory&>(m.entry_memory) = m;
   m.faults.reserve(2 * m.blocks.size() + m.elastic_paths.size() + 1);
   r.ready = true;
 }
@@ -209,6 +213,7 @@ bool take_step(World& world, Island& m, Real h) {
   m.cannot_close = begins && !good && all_within_bounds(m);
   if (good && m.unilateral) {
     good = advance_among_limits(world, m, h);
+    if (!good && may_yield(world, m)) return false;
     if (!good && m.scratch.lost_touch == UINT32_MAX) {  // this step ignores limits and cables
       gather(world, m, h);
       for (BlockMemory& memory : m.memory) memory.active = false;
@@ -219,6 +224,33 @@ bool take_step(World& world, Island& m, Real h) {
   }
   if (good && !m.unilateral) good = advance(world, m, {0, h, h});
   return good && !any_sank(world, m);
+}
+
+/// The same, without surface joints that are lost, and with drives that yield.
+bool take_whole_step(World& world, Island& m, Real h) {
+  const auto take = [&] {
+    bool good = take_step(world, m, h);
+    while (!good && release_lost(world, m)) {
+      gather(world, m, h);
+      good = take_step(world, m, h);
+    }
+    return good;
+  };
+  if (!m.driven) return take();
+  begin_drives(world, m, h);
+  IslandMemory &now = m, &before = m.entry_memory;
+  before = now;
+  bool good = take();
+  const auto outcome = [&] { return good ? StepOutcome::taken : StepOutcome::failed; };
+  for (std::size_t n = 0; n < m.frames.size() && yield_drives(world, m, h, outcome()); ++n) {
+    for (std::size_t i = 0; i < m.frames.size(); ++i) before.frames[i].lag = m.frames[i].lag;
+    now = before;
+    m.scratch.worst_relative_residual = 0;
+    std::erase_if(m.faults, [](const auto& f) { return f.kind == Fault::inconsistent; });
+    gather(world, m, h);
+    good = take();
+  }
+  return good;
 }
 
 }  // namespace
@@ -258,11 +290,7 @@ void step(World& world, Island& m, Real h) {
   if (solid) note_entry(m);
   const auto acts = [](Vec3 v) { return v != Vec3(0); };
   m.scratch.pushed = std::any_of(m.scratch.applied.begin(), m.scratch.applied.end(), acts);
-  bool good = take_step(world, m, h);
-  while (!good && release_lost(world, m)) {
-    gather(world, m, h);
-    good = take_step(world, m, h);
-  }
+  const bool good = take_whole_step(world, m, h);
   const bool open = !good || m.scratch.worst_relative_residual > 1e-2;
   if (open && !m.blocks.empty()) {
     Fault f;
@@ -313,8 +341,8 @@ ConstraintWrench joint_wrench(const Island& m, std::size_t block) {
   }
   if (slides) {
     const SurfaceFound& found = m.scratch.touching[joint.first_place];
-    pull[0] += joint.bound * found.along;
-    pull[1] += joint.bound * glm::cross(found.arm[1], found.along);
+    const Vec3 rubbed = joint.bound * found.grip * found.along;
+    pull[0] += rubbed, pull[1] += glm::cross(found.arm[1], rubbed);
   }
   sum.force = pull[0], sum.torque = pull[1];
   return sum;

@@ -1,4 +1,5 @@
-// Coulomb friction of surface joints, and of skates and wheels with a grip, which stands for mu N.
+// Coulomb friction of surface joints, and of skates and wheels: with a grip, which stands for mu N,
+// or with a coefficient and the load of the joint that carries them.
 // While friction sticks, the rolling rows are constraints.
 // While it slips, a force mu N opposes the slip; N is the multiplier of the gap row and depends on
 // that force in turn. Sticking ends when the force needed exceeds mu N; sliding ends when the slip
@@ -21,14 +22,20 @@ constexpr Real kNoSlip = 1e-6, kAcross = 0.02;
 constexpr Real kGripTolerance = 1e-13;
 
 bool has_friction(const Island& m, std::size_t block) { return may_slip(m.blocks[block]); }
+bool has_load(const Block& b) { return b.kind == BlockKind::roll || b.carrier != UINT32_MAX; }
 /// Whether the surfaces of a rolling block press. A skate always does.
 bool bears(const Island& m, std::size_t block) {
   return m.blocks[block].kind != BlockKind::roll || is_active(m, block - 1);
 }
-/// N: normal force of a rolling block. 1 for a skate, whose bound is a force.
+/// N: normal force of a rolling block, or load of a skate, signed. 1 for a skate whose bound is a
+/// force.
+Real normal_force(const Island& m, std::size_t block, std::span<const Real> lambda) {
+  const Block& b = m.blocks[block];
+  if (b.kind == BlockKind::roll) return lambda[m.blocks[block - 1].first_row];
+  return b.carrier != UINT32_MAX ? load_of(m, b, lambda) : 1;
+}
 Real press_of(const Island& m, std::size_t block, std::span<const Real> lambda) {
-  if (m.blocks[block].kind != BlockKind::roll) return 1;
-  return std::abs(lambda[m.blocks[block - 1].first_row]);
+  return std::abs(normal_force(m, block, lambda));
 }
 /// Whether a rolling block slips against friction.
 bool slips(const Island& m, std::size_t block) {
@@ -238,8 +245,8 @@ Real raise_grips(Island& m, Real h, std::span<Vec3> load) {
   for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i) {
     if (!slips(m, i)) continue;
     SurfaceFound& found = m.scratch.touching[m.blocks[i].first_place];
-    if (m.blocks[i].kind != BlockKind::roll) continue;
-    const Real force = m.scratch.lambda[m.blocks[i - 1].first_row] / h;
+    if (!has_load(m.blocks[i])) continue;
+    const Real force = normal_force(m, i, m.scratch.lambda) / h;
     const Real grip = std::abs(force + m.touches[m.blocks[i].first_place].projected);
     add_friction(m, m.blocks[i], h * m.blocks[i].bound * (grip - found.grip), load);
     most = std::max(most, grip), change = std::max(change, std::abs(grip - found.grip));

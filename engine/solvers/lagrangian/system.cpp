@@ -58,6 +58,12 @@ FrameMotion motion_of(const World& world, const Frame& frame, Real part, Real h)
     const Pose to{{world.cables.values()[frame.cable].joint.length, 0, 0}, kIdentity};
     return evenly(frame.known ? frame.before : to, to, part, h);
   }
+  if (frame.drive != UINT32_MAX) {
+    const CoordinateMotion x = drive_motion(world, frame, world.time + part * h);
+    FrameMotion f;
+    f.pose.position.x = x.value, f.velocity.x = x.rate, f.acceleration.x = x.acceleration;
+    return f;
+  }
   PANTIN_ASSERT(frame.slot < world.bodies.size());
   const Body& body = world.bodies.values()[frame.slot];
   if (body.motion == Motion::fixed) return {body.pose};
@@ -216,7 +222,7 @@ Real opening_rate(const World& world, Island& m, std::size_t block) {
   return rate;
 }
 
-bool is_active(const Island& m, std::size_t block) {
+bool is_active_now(const Island& m, std::size_t block) {
   const Block& b = m.blocks[block];
   PANTIN_ASSERT(m.memory.size() == m.blocks.size());
   if (is_compliant(b.kind)) return m.scratch.springs_active;
@@ -228,6 +234,7 @@ bool is_active(const Island& m, std::size_t block) {
   if (b.kind == BlockKind::surface)
     return m.touches[b.first_place].known && !m.touches[b.first_place].is_over() &&
            (b.lock || m.memory[block].active);
+  if (b.kind == BlockKind::drive) return !lag_of(m, b).yields;
   if (b.kind != BlockKind::limit && b.kind != BlockKind::cable) return true;
   return b.lock || m.memory[block].active;
 }
@@ -264,8 +271,7 @@ void update_frames(const World& world, Island& m, Real part, Real h) {
 
 bool frames_rest(const World& world, const Island& m, const Span& span) {
   const auto rests = [&](const Frame& frame) {
-    const bool is_body = frame.pin == UINT32_MAX && frame.cable == UINT32_MAX;
-    if (is_body && world.bodies.values()[frame.slot].motion == Motion::fixed) return true;
+    if (frame.is_body() && world.bodies.values()[frame.slot].motion == Motion::fixed) return true;
     for (const Real part : {0.0, 0.5, 1.0}) {
       const FrameMotion f = motion_of(world, frame, span.fraction(part), span.whole);
       if (f.velocity != Vec3(0) || f.angular_velocity != Vec3(0)) return false;
@@ -279,7 +285,9 @@ void write_block(const World& world, Island& m, std::size_t i, Want want) {
   StepScratch& scratch = m.scratch;
   PANTIN_ASSERT(i < m.blocks.size());
   const Block& b = m.blocks[i];
-  Vec3* j = &scratch.jacobian[b.first_vector];
+  const bool keeps =
+      !want.jacobian && b.holonomic && (b.kind == BlockKind::joint || b.kind == BlockKind::pin);
+  Vec3* j = keeps ? nullptr : &scratch.jacobian[b.first_vector];
   const RowsOut out{want.c ? &scratch.c[b.first_row] : nullptr, b.point ? nullptr : j,
                     want.gamma ? &scratch.gamma[b.first_row] : nullptr, b.point ? j : nullptr};
   const auto at = [&](int k) -> const BodyState& { return scratch.body_states[b.body[k]]; };
@@ -303,6 +311,9 @@ void write_block(const World& world, Island& m, std::size_t i, Want want) {
     case BlockKind::limit:
     case BlockKind::cable:
       write_limit(world, m, i);
+      break;
+    case BlockKind::drive:
+      write_drive(world, m, i);
       break;
     case BlockKind::surface:
       write_surface(world, m, i, want);
@@ -344,7 +355,7 @@ void add_forces(const World& world, Island& m, Torques torques) {
   }
   for (std::size_t i = 0; i < 2 * m.count() && m.scratch.pushed; ++i) f[i] += m.scratch.applied[i];
   if (!m.scratch.springs_active) add_joint_forces(world, m);
-  add_joint_torques(world, m);
+  add_joint_torques(world, m), add_drive_forces(world, m);
   add_elastic_forces(world, m);
   add_slip_forces(m);
 }

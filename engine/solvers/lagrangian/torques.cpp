@@ -18,7 +18,7 @@ Mat3 along_itself(Vec3 v) { return glm::outerProduct(v, v); }
 
 void add_drive(const World& world, const Island& m, const BodyPairForce& p, JointTorque& sum) {
   const JointDrive* drive = world.joint_drives.find(world.links.owners()[p.source]);
-  if (!drive) return;
+  if (!drive || drive->exact) return;
   const Joint& joint = world.links.values()[p.source].joint;
   const BodyState &a = m.scratch.body_states[p.body[0]], &b = m.scratch.body_states[p.body[1]];
   const Quat axes = a.rotation * joint.frames.a();

@@ -26,10 +26,14 @@ void MotorEvent::begin(const EventStep& step, EventProgress& progress) const {
   if (!dof) return;
   const bool same = dof->motor.kind == motor.kind;
   if (!same) step.world.mark_dirty();
+  const JointMotor before = dof->motor;
   progress.start.x = same || motor.kind == MotorKind::velocity ? dof->motor.target : 0;
   if (dof->motor.kind == MotorKind::none) progress.start.x = 0;
   dof->motor = motor;
   dof->motor.target = progress.start.x;
+  if (motor.gain != 0) return;
+  // Chosen gains are kept; a motor of another kind gets its own in the next step.
+  if (same) dof->motor.gain = before.gain, dof->motor.damping = before.damping;
 }
 
 void MotorEvent::change(const EventStep& step, EventProgress& progress,

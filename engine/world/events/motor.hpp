@@ -7,7 +7,8 @@ namespace pantin {
 /// Sets the motor of a joint.
 struct MotorEvent {
   Entity joint = {};
-  JointMotor motor = {};  // along the joint's angle, or its travel if it has no angle
+  JointMotor motor = {};  // along the joint's angle, or its travel if it has no angle; without a
+                          // gain: that of the motor of this kind before, or one is chosen
   Real at = 0;            // s
   Real over = 0;          // s, in which the target changes linearly
 

@@ -1,0 +1,10 @@
+#pragma once
+/// Exact drives that start where their joints stand.
+#include "engine/world/world.hpp"
+
+namespace pantin::detail {
+
+/// Sets the offset of their motions from the present poses.
+void start_drives(World& world);
+
+}  // namespace pantin::detail
