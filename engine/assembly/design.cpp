@@ -66,7 +66,9 @@ std::pair<Real, Real> room_of(const Design& d, const FreeQuantity& q) {
   if (numbers_of(q.of.quantity) > 1) return {-1e300, 1e300};
   const Real now = q.start.numbers.x + d.numbers[q.first];
   const Real least = is_size(q.of.quantity) ? std::max(q.of.least, kLeastSize) : q.of.least;
-  return {std::min(Real(0), least - now), std::max(Real(0), q.of.most - now)};
+  // Pulleys that overlap shrink.
+  const Real rise = std::min(std::max(Real(0), q.of.most - now), d.room[q.first]);
+  return {std::min({Real(0), least - now, rise}), rise};
 }
 
 }  // namespace
@@ -89,6 +91,7 @@ void find_design(const World& world, Part& part, std::span<const DesignVariable>
     std::fill_n(d.scale.begin() + static_cast<std::ptrdiff_t>(q.first), numbers_of(q.of.quantity),
                 scale_of(q, d.size));
   d.numbers.assign(d.scale.size(), 0), d.before = d.step = d.numbers;
+  d.room.assign(d.scale.size(), 1e300);
   d.slopes.assign(d.scale.size() * part.m.rows, 0);
 }
 

@@ -36,6 +36,7 @@ struct Design {
   std::vector<Real> numbers, before;  // at present; before the last step
   std::vector<Real> step, scale;      // of the last solve; square root of S
   Real size = 0;                      // m, of the mechanism
+  std::vector<Real> room;             // how far each may rise until pulleys of a belt overlap
   std::vector<Real> slopes;           // G: all rows of the first number, of the next ...
   Real weight = 1;                    // of displacements beside changes, in the next step
   bool returns = false;               // the next step minimises the distance of p from the start
@@ -49,7 +50,7 @@ void find_design(const World& world, Part& part, std::span<const DesignVariable>
 /// Whether a block has rows that depend on a design variable.
 bool is_of(const lagrangian::Block& block, const DesignVariable& variable, const World& world);
 
-/// Evaluates G at the present poses.
+/// Evaluates G at the present poses, and how far the radii of belts may grow there.
 void write_slopes(const World& world, Part& part);
 
 /// Solves for dp with the current factor, and subtracts G dp from the right-hand side in

@@ -246,8 +246,48 @@ bool is_of(const Block& b, const DesignVariable& v, const World& world) {
   }
 }
 
+namespace {
+
+/// How far the radius of a pulley may grow until the pulley overlaps another one of its belt, m:
+/// where the bodies are, and where the belt was laid. Two free radii share the gap.
+Real room_of_pulley(const World& world, const Part& part, const DesignVariable& of) {
+  const Belt& belt = world.belts[of.law];
+  const LaidBelt* laid = laid_of(world, of.law);
+  const auto now = [&](std::size_t i) {
+    const auto& bodies = part.m.bodies;
+    const auto mine = std::find(bodies.begin(), bodies.end(), belt.pulleys[i].body);
+    if (mine == bodies.end()) return world.bodies[belt.pulleys[i].body].pose;
+    const auto b = static_cast<std::size_t>(mine - bodies.begin());
+    return Pose{part.m.scratch.state.x[b], part.m.scratch.state.q[b]};
+  };
+  Real room = 1e300;
+  const BeltOutline& own = belt.pulleys[of.guide].outline;
+  for (std::uint32_t k = 0; k < belt.pulleys.size(); ++k) {
+    const BeltOutline& other = belt.pulleys[k].outline;
+    if (k == of.guide || !other.corners.empty()) continue;
+    const auto gap = [&](const Pose& one, const Pose& two) {
+      const Vec3 d =
+          place_of(belt.pulleys[of.guide], one).centre - place_of(belt.pulleys[k], two).centre;
+      return glm::length(d) - own.radius - other.radius;
+    };
+    Real least = gap(now(of.guide), now(k));
+    if (laid) least = std::min(least, gap(laid->bodies[of.guide], laid->bodies[k]));
+    const bool is_shared =
+        std::any_of(part.design.all.begin(), part.design.all.end(), [&](const FreeQuantity& q) {
+          return q.of.law == of.law && q.of.quantity == Quantity::radius && q.of.guide == k;
+        });
+    room = std::min(room, least / (is_shared ? 2 : 1));
+  }
+  return room;
+}
+
+}  // namespace
+
 void write_slopes(const World& world, Part& part) {
   Design& d = part.design;
+  for (const FreeQuantity& q : d.all)
+    if (q.of.quantity == Quantity::radius && world.belts.find(q.of.law))
+      d.room[q.first] = room_of_pulley(world, part, q.of);
   std::fill(d.slopes.begin(), d.slopes.end(), Real(0));
   for (const FreeQuantity& q : d.all) {
     const std::size_t count = numbers_of(q.of.quantity), rows = part.m.rows;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/joints/kinds.hpp"
 #include "engine/world/ties.hpp"
@@ -21,6 +22,14 @@ constexpr Real kSoftest = 1e6, kStiffest = 1e-7, kSoften = 4, kHarden = 0.5, kSa
 /// the number of corrections.
 constexpr Real kJointError = 1e-7;
 constexpr int kCorrections = 4;
+/// Steps that one factor serves, and the fraction of kJointError beyond which it is made anew.
+/// Its error grows with the steps.
+constexpr int kStepsOfFactor = 32;
+constexpr Real kStale = 0.25;
+/// Fraction of kJointError below which targets are met up to rounding.
+constexpr Real kRounding = 1e-5;
+/// The largest multiple of the step before that is taken again.
+constexpr Real kMostAgain = 2;
 /// Changes of the active set within an iteration.
 constexpr int kActiveSets = 4;
 /// rad: the largest rotation of an iteration.
@@ -55,6 +64,11 @@ bool takes_active_set(Part& part, std::span<const Real> pressing) {
     if (m.memory[i].active && !was) m.scratch.lambda[row] = 1;
   }
   return changed;
+}
+
+/// Copies what a step changes.
+void copy_poses(const lagrangian::Motions& from, lagrangian::Motions& to) {
+  to.x = from.x, to.q = from.q, to.touches = from.touches;
 }
 
 /// The largest vector, m or rad.
@@ -96,6 +110,7 @@ void Live::move(std::size_t number, const Pose& target) {
 
 void Live::set_weight(std::size_t number, Real weight, Real turn_weight) {
   targets_[number].weight = weight, targets_[number].turn_weight = turn_weight;
+  for (PartState& state : states_) state.factor.stands = false;
 }
 
 void Live::place(const Followed& f) {
@@ -104,7 +119,7 @@ void Live::place(const Followed& f) {
     problem_.world.pins[f.entity].target = t.target.position;
   else
     problem_.world.bodies[f.entity].pose = t.target;
-  states_[f.part].known = false;
+  states_[f.part].moved = true;
 }
 
 /// Targets are pins and joints to frames, in a copy of the model.
@@ -132,8 +147,11 @@ void Live::compile() {
   }
   problem_ = make_problem(w, held_);
   states_.assign(problem_.parts.size(), {});
-  for (std::size_t p = 0; p < states_.size(); ++p)
-    states_[p].pressing.assign(problem_.parts[p].m.rows, 0);
+  for (std::size_t p = 0; p < states_.size(); ++p) {
+    const Island& m = problem_.parts[p].m;
+    states_[p].pressing.assign(m.rows, 0), states_[p].response.assign(m.rows, 0);
+    states_[p].way.assign(2 * m.count(), Vec3(0));
+  }
   is_target_.clear();
   for (std::size_t p = 0; p < problem_.parts.size(); ++p) {
     const Island& m = problem_.parts[p].m;
@@ -168,9 +186,86 @@ void Live::set_weights(Part& part, std::size_t number) {
   }
 }
 
-void Live::solve(Part& part, std::size_t number) {
+/// Rows of all blocks at the present poses.
+void Live::evaluate(std::size_t number, Known rows) {
+  Part& part = problem_.parts[number];
+  if (rows == Known::all)
+    look(problem_.world, part);
+  else
+    look_at_residuals(problem_.world, part);
+  states_[number].known = rows;
+}
+
+/// Rows of the targets alone. All others are known.
+void Live::look_at_targets(std::size_t number) {
+  Island& m = problem_.parts[number].m;
+  lagrangian::update_frames(problem_.world, m, 0, kStep);
+  for (const Followed& f : followed_)
+    if (f.part == number)
+      lagrangian::write_block(problem_.world, m, f.block, {.c = true, .gamma = false});
+}
+
+/// Whether the factor serves the next step, too.
+bool Live::serves(std::size_t number) const {
+  const PartState& state = states_[number];
+  const Island& m = problem_.parts[number].m;
+  return state.factor.stands && state.factor.steps < kStepsOfFactor && m.touches.empty() &&
+         state.factor.softness == state.softness && state.misfit <= kStale * bound_of(m);
+}
+
+/// A step with the factor of an earlier one, from the response to the step before.
+void Live::solve_by_response(std::size_t number) {
+  Part& part = problem_.parts[number];
+  lagrangian::StepScratch& scratch = part.m.scratch;
+  PartState& state = states_[number];
+  Real along = 0, square = 0;
+  for (std::size_t r = 0; r < part.m.rows; ++r) {
+    const Real y = state.response[r] / part.units[r];
+    along += scratch.right[r] * y, square += state.response[r] * y;
+  }
+  const Real again = square > 0 ? std::clamp(along / square, -kMostAgain, kMostAgain) : 0;
+  for (std::size_t r = 0; r < part.m.rows; ++r) {
+    const Real y = std::exchange(state.response[r], scratch.right[r]);
+    scratch.right[r] -= again * y;
+  }
+  solve_again(part);
+  for (std::size_t i = 0; i < state.way.size(); ++i) scratch.solution[i] += again * state.way[i];
+  for (std::size_t r = 0; r < part.m.rows; ++r) scratch.lambda[r] += again * state.pressing[r];
+}
+
+/// After a step: what it did, beside what its model foresaw.
+void Live::note_response(std::size_t number, Real opened) {
+  const Part& part = problem_.parts[number];
+  const lagrangian::StepScratch& scratch = part.m.scratch;
+  PartState& state = states_[number];
+  std::copy_n(scratch.solution.begin(), state.way.size(), state.way.begin());
+  for (std::size_t r = 0; r < part.m.rows; ++r)
+    if (state.response[r] != 0) state.response[r] += scratch.c[r];
+  state.misfit = opened;
+  for (const Followed& f : followed_) {
+    if (f.part != number) continue;
+    const Block& b = part.m.blocks[f.block];
+    for (std::size_t r = 0; r < b.rows; ++r)
+      if (const std::size_t row = b.first_row + r; weight_of(targets_[f.target], r) > 0)
+        state.misfit =
+            worse_of(state.misfit, scratch.c[row] + scratch.weights[row] * state.pressing[row]);
+  }
+}
+
+void Live::solve(std::size_t number) {
+  Part& part = problem_.parts[number];
+  PartState& state = states_[number];
+  const bool again = serves(number);
+  if (!again && state.known != Known::all) evaluate(number, Known::all);
   set_weights(part, number);
-  solve_equations(part);
+  if (again) {
+    solve_by_response(number);
+  } else {
+    std::copy_n(part.m.scratch.right.begin(), part.m.rows, state.response.begin());
+    solve_equations(part);
+    state.factor = {state.softness, 0, true};
+  }
+  ++state.factor.steps;
 }
 
 Real Live::joint_error(std::size_t number) const {
@@ -208,16 +303,21 @@ void Live::step(std::size_t number) {
   Part& part = problem_.parts[number];
   Island& m = part.m;
   std::vector<Real>& pressing = states_[number].pressing;
-  m.scratch.from = m.scratch.state;
+  copy_poses(m.scratch.state, m.scratch.from);
   for (int n = 0;; ++n) {
-    solve(part, number);
+    solve(number);
     std::copy(m.scratch.lambda.begin(), m.scratch.lambda.end(), pressing.begin());
     const Real turn = turn_of(part);
     assembly::move(part, turn > kMostTurn ? kMostTurn / turn : 1);
-    look(problem_.world, part);
-    if (!m.unilateral || n == kActiveSets || !takes_active_set(part, pressing)) return;
-    m.scratch.state = m.scratch.from;
-    look(problem_.world, part);
+    if (turn > kMostTurn) states_[number].factor.stands = false;
+    evaluate(number, serves(number) ? Known::residuals : Known::all);
+    if (!m.unilateral) return;
+    const bool is_last = n == kActiveSets;
+    if (!is_last && !takes_active_set(part, pressing)) return;
+    states_[number].factor.stands = false;
+    if (is_last) return;
+    copy_poses(m.scratch.from, m.scratch.state);
+    evaluate(number, Known::all);
   }
 }
 
@@ -229,6 +329,7 @@ Real Live::correct(std::size_t number, Real error) {
   const std::vector<Real>& pressing = states_[number].pressing;
   const Real bound = bound_of(m);
   for (int n = 0; n < kCorrections && error > bound; ++n) {
+    if (states_[number].known != Known::all) evaluate(number, Known::all);
     set_weights(part, number);
     for (const Followed& f : followed_) {
       if (f.part != number) continue;
@@ -237,10 +338,11 @@ Real Live::correct(std::size_t number, Real error) {
         m.scratch.weights[r] = kFree * part.units[r], m.scratch.right[r] = 0;
     }
     solve_equations(part);
+    states_[number].factor.stands = false;
     for (std::size_t r = 0; r < pressing.size(); ++r)
       if (pressing[r] != 0) m.scratch.lambda[r] = pressing[r];
     assembly::move(part, 1);
-    look(problem_.world, part);
+    evaluate(number, Known::all);
     error = joint_error(number);
   }
   return error;
@@ -252,26 +354,27 @@ void Live::iterate_part(std::size_t number, LiveReport& report) {
   Island& m = part.m;
   const World& w = problem_.world;
   Real unused = 0;
-  if (!state.known) {
-    lagrangian::update_frames(w, m, 0, kStep);
-    look(w, part);
-    state.known = true, state.merit = target_merit(number, unused);
-    state.closed = false;
-  }
+  if (state.known == Known::nothing)
+    lagrangian::update_frames(w, m, 0, kStep), evaluate(number, Known::all), state.moved = true;
+  if (std::exchange(state.moved, false))
+    look_at_targets(number), state.merit = target_merit(number, unused), state.closed = false;
   step(number);
   last_step_ = std::max(last_step_, largest(m.scratch.solution));
   count(w, part);
-  Real error = correct(number, joint_error(number));
+  Real error = joint_error(number);
+  note_response(number, error);
+  error = correct(number, error);
   Real merit = target_merit(number, unused);
-  const bool worse = merit > (1 + kSame) * state.merit;
+  const Real rounding = kRounding * bound_of(m);
+  const bool worse = merit > (1 + kSame) * state.merit + rounding * rounding;
   if (worse)
     state.softness = std::min(kSoften * state.softness, kSoftest);
   else if (merit < (1 - kSame) * state.merit)
     state.softness = std::max(kHarden * state.softness, kStiffest);
   // Targets are at rest, and it was not laws that moved the bodies: the step was too long.
   if (worse && state.closed && !(error < 0.5 * state.error)) {
-    m.scratch.state = m.scratch.from;
-    look(w, part), count(w, part);
+    copy_poses(m.scratch.from, m.scratch.state);
+    evaluate(number, Known::all), count(w, part), state.factor.stands = false;
     error = joint_error(number), merit = state.merit;
   }
   target_merit(number, report.target_error);

@@ -5,7 +5,12 @@
 ///   laws
 ///
 /// One damped Gauss-Newton step of the Lagrangian solver's factor: rows of targets have the
-/// compliance softness / w, those of laws have none.
+/// compliance softness / w, those of laws have none. While laws stay closed, the factor and the
+/// Jacobian serve several steps (chord method), each corrected by the response to the step before:
+///
+///   step = beta s + W J^T lambda,   A lambda = -C - beta y,   beta = -C.y / y.y
+///
+/// where that step s changed the rows by y. [Anderson 1965, with one step of memory]
 #include <cstdint>
 #include <vector>
 
@@ -64,19 +69,37 @@ class Live {
     std::size_t target = 0, part = 0, block = 0;
     Entity entity;  // its pin, or its frame
   };
+  /// The rows at the present poses and targets that are evaluated.
+  enum class Known : std::uint8_t { nothing, residuals, all };
+  struct Factor {
+    Real softness = 0;    // of its targets
+    int steps = 0;        // that it has served; all but the first have a response
+    bool stands = false;  // it may serve another
+  };
   struct PartState {
     Real softness = 1e-3;
-    Real merit = 0;              // of targets, after the last iteration
-    Real error = 0;              // of laws, then
-    bool closed = false;         // laws held before, and no target has moved
-    bool known = false;          // rows are evaluated at the present poses and targets
+    Real merit = 0;       // of targets, after the last iteration
+    Real error = 0;       // of laws, then
+    Real misfit = 0;      // m or rad: rows after the last step that its model did not foresee
+    bool closed = false;  // laws held before, and no target has moved
+    bool moved = false;   // targets have, since rows were evaluated
+    Known known = Known::nothing;
+    Factor factor;
     std::vector<Real> pressing;  // by row: multipliers of the last step towards the targets
+    // That step, and by row the change it made: s and y above. Within a step, -C before it.
+    std::vector<Vec3> way;
+    std::vector<Real> response;
   };
 
   void compile();
   void place(const Followed& f);
   void set_weights(Part& part, std::size_t number);
-  void solve(Part& part, std::size_t number);
+  void evaluate(std::size_t number, Known rows);
+  void look_at_targets(std::size_t number);
+  bool serves(std::size_t number) const;
+  void solve_by_response(std::size_t number);
+  void note_response(std::size_t number, Real opened);
+  void solve(std::size_t number);
   void step(std::size_t number);
   Real joint_error(std::size_t number) const;
   Real target_merit(std::size_t number, Real& worst) const;

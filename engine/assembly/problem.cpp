@@ -21,6 +21,7 @@ namespace {
 
 /// s: frames are evaluated at the present time, so its length does not matter.
 constexpr Real kStep = 1e-3;
+constexpr lagrangian::Want kRows{.c = true, .gamma = false};
 /// Regularisation of dependent rows, relative to the diagonal, where damping has vanished.
 constexpr Real kRegularisation = 1e-11;
 /// The same with design variables: rounding and the error of the regularisation are equal then.
@@ -100,8 +101,8 @@ void place_bodies(Island& m) {
 }
 
 /// Rolling that holds velocities only does not count.
-void write_rows(const World& world, Island& m) {
-  lagrangian::write_all_rows(world, m, {true, false});
+void write_rows(const World& world, Island& m, lagrangian::Want want = kRows) {
+  lagrangian::write_all_rows(world, m, want);
   lagrangian::clear_rolling(m);
 }
 
@@ -116,6 +117,10 @@ Problem make_problem(const World& world, std::span<const Entity> held,
   for (const Entity e : held)
     if (Body* body = w.bodies.find(e); body && body->motion == Motion::dynamic)
       body->motion = Motion::fixed;
+  // Drives are motions in time: configurations are not bound to them.
+  const std::vector<Entity> driven(w.joint_drives.owners().begin(), w.joint_drives.owners().end());
+  for (const Entity e : driven)
+    if (w.joint_drives[e].exact) w.joint_drives.remove(e);
   w.mark_dirty();
   compile_if_changed(w);
   for (Island& m : lagrangian::islands_of(w)) {
@@ -172,11 +177,11 @@ void set_poses(const World& world, Part& part, std::span<const Pose> poses) {
 
 namespace {
 
-void look_at_rows(const World& world, Part& part) {
+void look_at_rows(const World& world, Part& part, lagrangian::Want want) {
   Island& m = part.m;
   place_bodies(m);
   m.scratch.lost_touch = UINT32_MAX;
-  write_rows(world, m);
+  write_rows(world, m, want);
   if (m.scratch.lost_touch != UINT32_MAX) {
     // Bilateral pairs that are lost are searched again; the gap is then unknown, not zero.
     SurfaceMemory& lost = m.touches[m.scratch.lost_touch];
@@ -195,15 +200,19 @@ void look_at_rows(const World& world, Part& part) {
     const std::uint32_t row = m.blocks[i].first_row;
     const bool was = m.memory[i].active;
     m.memory[i].active = m.scratch.c[row] < 0 || (was && m.scratch.lambda[row] > 0);
-    if (m.memory[i].active != was) lagrangian::write_block(world, m, i, {true, false});
+    if (m.memory[i].active != was) lagrangian::write_block(world, m, i, kRows);
   }
 }
 
 }  // namespace
 
 void look(const World& world, Part& part) {
-  look_at_rows(world, part);
+  look_at_rows(world, part, kRows);
   if (part.design.any()) write_slopes(world, part);
+}
+
+void look_at_residuals(const World& world, Part& part) {
+  look_at_rows(world, part, {.c = true, .gamma = false, .jacobian = false});
 }
 
 void count(const World& world, Part& part) {
@@ -279,11 +288,15 @@ void set_equations(Part& part, Real damping) {
 
 void solve_equations(Part& part) {
   Island& m = part.m;
-  lagrangian::StepScratch& scratch = m.scratch;
   lagrangian::factor_soft(m, part.design.any() ? kRegularisationOfDesign : kRegularisation);
   if (part.design.any()) solve_design(part);
+  solve_again(part);
+}
+
+void solve_again(Part& part) {
+  lagrangian::StepScratch& scratch = part.m.scratch;
   constexpr Real kUnrefined = std::numeric_limits<Real>::infinity();
-  lagrangian::solve(m, {{}, scratch.right}, {scratch.solution, scratch.lambda}, kUnrefined);
+  lagrangian::solve(part.m, {{}, scratch.right}, {scratch.solution, scratch.lambda}, kUnrefined);
 }
 
 void solve_step(Part& part, Real damping) {

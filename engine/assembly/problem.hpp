@@ -44,6 +44,8 @@ void set_poses(const World& world, Part& part, std::span<const Pose> poses);
 /// Evaluates all rows at the current poses. Then one-sided rows are active where they are violated,
 /// or where they were active and their multiplier of the last step kept them.
 void look(const World& world, Part& part);
+/// The same, except that joints and pins keep the Jacobian of earlier poses.
+void look_at_residuals(const World& world, Part& part);
 /// Whole revolutions of the poses that were accepted.
 void count(const World& world, Part& part);
 /// Whether a row adds to the residual: active, and violated if it is one-sided.
@@ -65,7 +67,9 @@ void set_equations(Part& part, Real damping);
 /// Solves (J W J^T + weights) lambda = right and finds the step W J^T lambda, into
 /// scratch.solution, and that of the design variables. [Levenberg 1944, in dual form]
 void solve_equations(Part& part);
-/// Both.
+/// The same with the factor and the weights of the last step, without design variables.
+void solve_again(Part& part);
+/// Both, with a new factor.
 void solve_step(Part& part, Real damping);
 /// The largest rotation of the step, rad.
 Real turn_of(const Part& part);

@@ -165,6 +165,27 @@ TEST_CASE("design: pulleys of a belt get the radii between two held angles") {
     }
 }
 
+TEST_CASE("design: radii of a belt do not grow until its pulleys overlap") {
+  for (const bool both : {false, true}) {
+    World w = world_of(wheels_with(R"("belts": [{"name": "belt", "pulleys":
+        [{"body": "a", "radius": 0.2}, {"body": "b", "radius": 0.1}]}])"));
+    // R_b would have to be 1.2 m beside a pulley 1 m away.
+    rotate(w, "a", Vec3(0), 0.9), rotate(w, "b", {1, 0, 0}, 0.15);
+    for (const Vec3 far : {Vec3(0, 3, 0), Vec3(3, -1, 0)}) hold(w, "a", far), hold(w, "b", far);
+    AssemblyChoices choices;
+    choices.free = {{w.find("belt"), Quantity::radius, 1}};
+    if (both) choices.free.push_back({w.find("belt"), Quantity::radius, 0});
+    const bool is_assembled = assemble(w, choices).assembled;
+    const std::vector<BeltPulley>& p = w.belts.values()[0].pulleys;
+    const Real sum = p[0].outline.radius + p[1].outline.radius;
+    CHECK(sum <= 1 + 1e-12);
+    if (!both) CHECK_FALSE(is_assembled);
+    if (!both) CHECK(sum > 0.9);  // as far as it may
+    if (is_assembled)
+      CHECK(std::abs(p[0].outline.radius * 0.9 - p[1].outline.radius * 0.15) < 1e-11);
+  }
+}
+
 TEST_CASE("design: slopes of control points and weights are those of the gap") {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const Hill hill(seed);

@@ -57,6 +57,32 @@ TEST_CASE("assembler: a chain follows a hand at the rate of a haptic loop") {
   }
 }
 
+TEST_CASE("assembler: steps with an older factor are as good as with a new one") {
+  const World w = chain(8);
+  const Entity last = w.find("link7");
+  const Vec3 start = end_of(w, last);
+  enum class Path { circle, shaken, stops };
+  for (const Path path : {Path::circle, Path::shaken, Path::stops}) {
+    Assembler drag(w);
+    const Target hand =
+        must(drag.add(PointTarget{.body = last, .point = {0.5, 0, 0}, .target = start}));
+    drag.settle(50);
+    Real joints = 0, target = 0;
+    for (int i = 0; i < 6000; ++i) {
+      const Real phase = 2 * kPi * (path == Path::stops ? i - i % 100 : i) / 30000;
+      Vec3 to = start + 0.4 * Vec3(std::cos(phase) - 1, std::sin(phase), 0);
+      if (path == Path::shaken) to.z += 1e-4 * ((7 * i) % 5 - 2);
+      drag.move(hand, to);
+      const AssemblerErrors e = drag.iterate();
+      joints = std::max(joints, e.joints);
+      if (i > 100 && (path != Path::stops || i % 100 > 3)) target = std::max(target, e.targets);
+    }
+    INFO("joints " << joints << ", target " << target);
+    CHECK(joints < (path == Path::circle ? 2e-8 : 1e-6));
+    CHECK(target < (path == Path::circle ? 2e-8 : 1e-6));
+  }
+}
+
 TEST_CASE("assembler: out of reach the joints hold and the end is nearest") {
   const World w = chain(5);
   const Entity last = w.find("link4");

@@ -8,6 +8,7 @@
 #include "engine/joints/kinds.hpp"
 #include "engine/scene/json/json.hpp"
 #include "engine/scene/json/words.hpp"
+#include "engine/scene/read/units.hpp"
 #include "tools/pantin/assemble.hpp"
 
 namespace pantin::program {
@@ -47,10 +48,14 @@ struct Members {
 };
 
 /// Anchors are written on both sides, since one that is absent follows from the other. So are axes.
-Members members_of(const World& world, const SceneFree& f) {
+/// `unit` is the file's unit of length, m.
+Members members_of(const World& world, const SceneFree& f, Real unit) {
   const DesignVariable& v = f.variable;
-  if (v.quantity == Quantity::ratio)
-    return {{{"ratio", fmt::format("{}", value_of(world, v).numbers.x)}}, {}};
+  if (v.quantity == Quantity::ratio) {
+    const Gear& gear = world.gears[v.law];
+    const Real scale = (gear.first_travels ? unit : 1) / (gear.second_travels ? unit : 1);
+    return {{{"ratio", fmt::format("{}", scale * value_of(world, v).numbers.x)}}, {}};
+  }
   if (world.belts.find(v.law)) return {};
   const End a = end_of(world, v, Side::a), b = end_of(world, v, Side::b);
   const Link* link = world.links.find(v.law);
@@ -58,16 +63,16 @@ Members members_of(const World& world, const SceneFree& f) {
   Members m;
   const Real length = link ? link->joint.parameters->length : cable->joint.length;
   if (cable || link->joint.kind == JointKind::distance) {
-    m.set.emplace_back("length", fmt::format("{}", length));
+    m.set.emplace_back("length", fmt::format("{}", length / unit));
     m.removed = {"slack"};
   }
   if (v.quantity == Quantity::pitch)
-    m.set.emplace_back("pitch", fmt::format("{}", link->joint.parameters->pitch));
+    m.set.emplace_back("pitch", fmt::format("{}", link->joint.parameters->pitch / unit));
   if (v.quantity == Quantity::anchor_a || v.quantity == Quantity::anchor_b) {
     const auto& [at_a, at_b] = link ? std::pair(link->joint.anchor_a, link->joint.anchor_b)
                                     : std::pair(cable->joint.anchor_a, cable->joint.anchor_b);
-    m.set.emplace_back("anchor_a", vector_text(a.point(at_a)));
-    m.set.emplace_back("anchor_b", vector_text(b.point(at_b)));
+    m.set.emplace_back("anchor_a", vector_text(a.point(at_a) / unit));
+    m.set.emplace_back("anchor_b", vector_text(b.point(at_b) / unit));
     m.removed.insert(m.removed.end(), {"anchor", "point_a", "point_b"});
   }
   if (v.quantity == Quantity::axis_a || v.quantity == Quantity::axis_b) {
@@ -144,7 +149,10 @@ void set_item(std::string& text, const SceneFree& f, std::pair<const char*, std:
 
 /// Writes a control point and its weight, in the form that the file has.
 void set_control_point(std::string& text, const World& world, const SceneFree& f) {
-  const nurbs::Weighted point = control_point_of(world, f.variable);
+  const nurbs::Weighted in_metres = control_point_of(world, f.variable);
+  const Real unit = length_unit_of(parsed(text));
+  const nurbs::Weighted point(in_metres.x / unit, in_metres.y / unit, in_metres.z / unit,
+                              in_metres.w);
   const Place place = f.list == "surfaces" ? Place::part : Place::law;
   const std::string before = text;
   const JsonDocument json = parsed(before);
@@ -203,6 +211,7 @@ std::vector<double> shown_value(const World& world, const DesignVariable& v,
 std::string with_design(std::string_view text, const World& world,
                         const std::vector<SceneFree>& free) {
   std::string written(text);
+  const Real unit = length_unit_of(parsed(text));
   for (const SceneFree& f : free) {
     if (!f.element) continue;
     const Quantity q = f.variable.quantity;
@@ -210,12 +219,12 @@ std::string with_design(std::string_view text, const World& world,
       set_control_point(written, world, f);
       continue;
     }
-    const Members members = members_of(world, f);
+    const Members members = members_of(world, f, unit);
     for (const auto& member : members.set) set_member(written, f, Place::law, member);
     for (const std::string& key : members.removed) remove_member(written, f, key);
     if (q == Quantity::radius)
       set_member(written, f, Place::part,
-                 {"radius", fmt::format("{}", value_of(world, f.variable).numbers.x)});
+                 {"radius", fmt::format("{}", value_of(world, f.variable).numbers.x / unit)});
   }
   return written;
 }

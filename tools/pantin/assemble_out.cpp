@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/scene/json/json.hpp"
+#include "engine/scene/read/units.hpp"
 #include "tools/pantin/assemble.hpp"
 
 namespace pantin::program {
@@ -68,6 +69,7 @@ Result<std::string> with_poses(std::string_view text, const World& start, const 
   const JsonDocument json = parse_json(text, limits);
   if (json.nodes.empty() || json[0].kind != JsonKind::object || json[0].count == 0)
     return Error{"found no scene in the file, expected an object"};
+  const Real unit = length_unit_of(json);
   const NodeId poses = json.member(0, "poses");
   const std::vector<std::string> listed = listed_bodies(json, poses);
   std::string list;
@@ -80,7 +82,7 @@ Result<std::string> with_poses(std::string_view text, const World& start, const 
     const bool stays = now.position == before.position && now.rotation == before.rotation;
     if (stays && std::find(listed.begin(), listed.end(), name) == listed.end()) continue;
     const Pose own = world.origin_pose(e);
-    const auto [x, q] = std::pair(own.position, own.rotation);
+    const auto [x, q] = std::pair(own.position / unit, own.rotation);
     list += fmt::format(
         "{}\n    {{\"body\": {}, \"position\": [{}, {}, {}], \"rotation\": [{}, {}, {}, {}]}}",
         list.empty() ? "" : ",", nlohmann::json(name).dump(), x.x, x.y, x.z, q.x, q.y, q.z, q.w);

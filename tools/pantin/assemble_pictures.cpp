@@ -41,6 +41,8 @@ void frame(Scene& shown, const Scene& end, const std::string& size) {
   int width = shown.output.width, height = shown.output.height;
   if (!size.empty() && !parse_size(size, width, height)) return;  // is told when they are drawn
   const Real aspect = static_cast<Real>(width) / static_cast<Real>(height);
+  shown.view.ground_height =
+      std::min(ground_height_of(shown.world, shown.view), ground_height_of(end.world, shown.view));
   const Camera wide = seeing_both(framing_camera(shown.world, shown.view, aspect),
                                   framing_camera(end.world, shown.view, aspect), aspect);
   const Camera& own = shown.view.camera;

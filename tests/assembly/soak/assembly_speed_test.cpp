@@ -43,7 +43,7 @@ void drag(const char* name, const World& w, Entity body, Vec3 point, Real links,
 
 }  // namespace
 
-TEST_CASE("assembly: what an iteration costs", "[.long]") {
+TEST_CASE("assembly: what an iteration costs: chains", "[.long]") {
   for (const Real rate : {30000.0, 1000.0})
     for (const int n : {8, 20, 100, 150}) {
       World w = bendy(n);
@@ -51,6 +51,9 @@ TEST_CASE("assembly: what an iteration costs", "[.long]") {
       drag(("bendy " + std::to_string(n)).c_str(), w, w.find("link" + std::to_string(n - 1)),
            {0.5, 0, 0}, n, rate);
     }
+}
+
+TEST_CASE("assembly: what an iteration costs: a Stewart platform", "[.long]") {
   const World platform = stewart();
   drag("Stewart", platform, platform.find("platform"), Vec3(0), 13, 30000);
 }
