@@ -1,5 +1,8 @@
 #include "engine/render/bounds.hpp"
 
+#include <limits>
+
+#include "engine/geometry/surface.hpp"
 #include "engine/render/surface_mesh.hpp"
 #include "engine/world/cable_route.hpp"
 
@@ -36,7 +39,23 @@ void add_rounded(const RoundedBox& box, const Pose& at, std::vector<Ball>& to) {
   }
 }
 
+/// Distance of a shape's farthest point from its body's origin; infinite for grounds.
+Real shape_reach(const Shape& shape) {
+  const Real off = glm::length(shape.local.position);
+  if (is_ground(shape.kind)) return std::numeric_limits<Real>::infinity();
+  if (shape.surface) return off + 0.5 * glm::length(shape.surface->high - shape.surface->low);
+  return off + reach_of(shape);
+}
+
 }  // namespace
+
+Real drawn_reach(const World& world, Entity body) {
+  const Shapes* shapes = world.shapes.find(body);
+  Real reach = 0;
+  if (shapes)
+    for (const Shape& shape : shapes->list) reach = std::max(reach, shape_reach(shape));
+  return reach > 0 ? reach : std::numeric_limits<Real>::infinity();
+}
 
 void add_balls(const Shape& shape, const Pose& pose, std::vector<Ball>& to) {
   const Pose at = compose(pose, shape.local);

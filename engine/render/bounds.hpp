@@ -22,6 +22,10 @@ inline constexpr std::size_t kMostBalls = 64;  // of one shape
 /// its surface.
 void add_balls(const Shape& shape, const Pose& pose, std::vector<Ball>& to);
 
+/// Distance of the farthest point of a body's shapes from its mass centre, m; infinite for grounds
+/// and without shapes.
+Real drawn_reach(const World& world, Entity body);
+
 /// The flat box that represents a plane: its upper side is the plane, and extends `size.x` from the
 /// middle to each side.
 Shape slab_of(const Shape& plane);
@@ -30,6 +34,7 @@ Shape slab_of(const Shape& plane);
 struct PosedWorld {
   const World& world;
   std::span<const Pose> poses = {};
+  std::span<const Vec3> colours = {};  // by slot, linear RGB; a body without one has its materials'
 
   const Pose& pose_of(std::uint32_t slot) const {
     return slot < poses.size() ? poses[slot] : world.bodies.values()[slot].pose;

@@ -2,10 +2,15 @@
 #include <limits>
 #include <numeric>
 
+#include "engine/base/rotation.hpp"
+#include "engine/geometry/skin_model.hpp"
 #include "engine/geometry/surface.hpp"
+#include "engine/joints/kinds.hpp"
+#include "engine/render/belts.hpp"
 #include "engine/render/bounds.hpp"
 #include "engine/render/eye.hpp"
 #include "engine/render/renderer.hpp"
+#include "engine/render/supports.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -40,8 +45,8 @@ class Groups {
   explicit Groups(const World& world) : world_(world), up_(world.bodies.size()) {
     std::iota(up_.begin(), up_.end(), 0u);
     of_.resize(up_.size());
-    for_each_tie([this](std::uint32_t i, std::uint32_t j) { join(i, j); });
-    for_each_tie([this](std::uint32_t i, std::uint32_t j) { note_holder(i, j); });
+    for_each_tie([this](const End& a, const End& b) { join(a.slot, b.slot); });
+    for_each_tie([this](const End& a, const End& b) { note_holder(a, b); });
     for (const Pin& pin : world.pins.values())
       if (const std::uint32_t slot = world.bodies.slot(pin.body); slot != kNoSlot && !pin.to)
         hold(top(slot), pin.target, Sway{});
@@ -56,15 +61,21 @@ class Groups {
     return slot;
   }
 
-  /// Calls `visit` with the slots of each two bodies that a link, a cable or a pin connects.
+  /// One end of a link, a cable or a pin.
+  struct End {
+    std::uint32_t slot;
+    Vec3 anchor;  // in the body
+  };
+
+  /// Calls `visit` with both ends of each link, cable and pin between two bodies.
   void for_each_tie(auto&& visit) const {
-    const auto tie = [&](Entity a, Entity b) {
-      const std::uint32_t i = world_.bodies.slot(a), j = world_.bodies.slot(b);
-      if (i != kNoSlot && j != kNoSlot) visit(i, j);
+    const auto tie = [&](Entity a, Vec3 on_a, Entity b, Vec3 on_b) {
+      const End ends[2] = {{world_.bodies.slot(a), on_a}, {world_.bodies.slot(b), on_b}};
+      if (ends[0].slot != kNoSlot && ends[1].slot != kNoSlot) visit(ends[0], ends[1]);
     };
-    for (const Link& l : world_.links.values()) tie(l.a, l.b);
-    for (const Cable& s : world_.cables.values()) tie(s.a, s.b);
-    for (const Pin& pin : world_.pins.values()) tie(pin.body, pin.to);
+    for (const Link& l : world_.links.values()) tie(l.a, l.joint.anchor_a, l.b, l.joint.anchor_b);
+    for (const Cable& c : world_.cables.values()) tie(c.a, c.joint.anchor_a, c.b, c.joint.anchor_b);
+    for (const Pin& pin : world_.pins.values()) tie(pin.body, pin.anchor, pin.to, pin.target);
   }
 
   /// Joins the groups of two dynamic bodies.
@@ -72,12 +83,13 @@ class Groups {
     if (is_dynamic(i) && is_dynamic(j)) up_[top(i)] = top(j);
   }
 
-  /// If one of two bodies is dynamic, the other one holds its group.
-  void note_holder(std::uint32_t i, std::uint32_t j) {
-    const bool free_i = is_dynamic(i), free_j = is_dynamic(j);
-    if (free_i == free_j) return;
-    const std::uint32_t holder = free_i ? j : i;
-    hold(top(free_i ? i : j), world_.bodies.values()[holder].pose.position, own(holder));
+  /// If one of two bodies is dynamic, the other one holds its group at the point of its end.
+  void note_holder(const End& a, const End& b) {
+    const bool free_a = is_dynamic(a.slot), free_b = is_dynamic(b.slot);
+    if (free_a == free_b) return;
+    const End &holder = free_a ? b : a, &held = free_a ? a : b;
+    hold(top(held.slot), to_world(world_.bodies.values()[holder.slot].pose, holder.anchor),
+         own(holder.slot));
   }
 
   void hold(std::uint32_t group, Vec3 position, const Sway& sway) {
@@ -134,6 +146,30 @@ void add_motion(const Ball& now, const Carried& body, std::vector<Ball>& to) {
            ball.radius});
 }
 
+/// Adds the balls of bodies that a motor turns about an axis of a body that is not dynamic, along
+/// their circles.
+void add_cranks(const World& world, std::vector<Ball>& to) {
+  constexpr int kAround = 8;
+  std::vector<Ball> own;
+  const auto bodies = world.bodies.values();
+  for (const Link& link : world.links.values()) {
+    const std::uint32_t a = world.bodies.slot(link.a), b = world.bodies.slot(link.b);
+    const bool is_driven = link.joint.kind == JointKind::hinge &&
+                           link.joint.parameters->rotation.motor.kind != MotorKind::none;
+    if (!is_driven || a == kNoSlot || b == kNoSlot || !is_finite(bodies[b].pose)) continue;
+    if (bodies[a].motion == Motion::dynamic || !is_finite(bodies[a].pose)) continue;
+    const Vec3 at = to_world(bodies[a].pose, link.joint.anchor_a),
+               axis = bodies[a].pose.rotation * (link.joint.frames.a() * Vec3(1, 0, 0));
+    own.clear();
+    if (const Shapes* shapes = world.shapes.find(link.b))
+      for (const Shape& shape : shapes->list) add_balls(shape, bodies[b].pose, own);
+    for (const Ball& ball : own)
+      for (int i = 1; i < kAround; ++i)
+        to.push_back({at + from_rotation_vector(2 * kPi * i / kAround * axis) * (ball.centre - at),
+                      ball.radius});
+  }
+}
+
 struct Ground {
   const Shape* shape;
   Pose pose;
@@ -182,6 +218,13 @@ std::vector<Ball> all_balls(const World& world) {
     if (own.empty() && grounds.size() == known) own.push_back({pose.position, 0});
     for (const Ball& ball : own) add_motion(ball, {groups.of(slot), pose.position, down}, balls);
   }
+  add_cranks(world, balls);
+  std::vector<SupportPart> supports;
+  add_supports({world}, supports);
+  for (const SupportPart& part : supports) add_balls(part.shape, part.pose, balls);
+  std::vector<BeltPiece> pieces;
+  for (const Belt& belt : world.belts.values()) add_belt({world}, belt, pieces);
+  for (const BeltPiece& piece : pieces) add_balls(piece.box, piece.pose, balls);
   std::vector<Vec3> curve;
   for (const Cable& cable : world.cables.values()) add_cable({world}, cable, 8, curve);
   for (Vec3 point : curve) balls.push_back({point, 0});
@@ -244,6 +287,62 @@ Vec3 fit(const std::vector<Ball>& balls, const Eye& look, Real tan_x, Real tan_y
          back * look.forward;
 }
 
+/// Seen from here the rim of a cavity hides little of what is in it.
+const Vec3 kIntoCavity{1.2, 3, 2.4};
+
+bool is_default(const Camera& camera) {
+  return camera.eye == Camera{}.eye && camera.target == Camera{}.target;
+}
+
+/// Whether a shape may contain bodies: a mesh, or a surface that is no closed convex one.
+bool is_hollow(const Shape& shape) {
+  if (!shape.surface) return false;
+  const ShapeClass of = traits_of(shape.kind).shape_class;
+  const SkinModel* model = shape.surface->model.get();
+  return of == ShapeClass::mesh || (of == ShapeClass::skin && model && !model->is_convex);
+}
+
+/// Whether the bounds of a hollow shape contain another body's mass centre.
+bool has_cavity(const World& world) {
+  const auto bodies = world.bodies.values();
+  for (std::size_t i = 0; i < world.shapes.size(); ++i) {
+    const std::uint32_t own = world.bodies.slot(world.shapes.owners()[i]);
+    for (const Shape& shape : world.shapes.values()[i].list) {
+      if (own == kNoSlot || !is_hollow(shape)) continue;
+      const Pose into = inverse(compose(bodies[own].pose, shape.local));
+      for (std::uint32_t slot = 0; slot < bodies.size(); ++slot) {
+        if (slot == own || bodies[slot].motion != Motion::dynamic) continue;
+        const Vec3 p = to_world(into, bodies[slot].pose.position);
+        if (glm::all(glm::greaterThan(p, shape.surface->low)) &&
+            glm::all(glm::lessThan(p, shape.surface->high)))
+          return true;
+      }
+    }
+  }
+  return false;
+}
+
+/// The height of the highest fixed plane that faces up; -infinity without one.
+Real level_of_planes(const World& world) {
+  Real level = -kFar;
+  for (std::size_t i = 0; i < world.shapes.size(); ++i) {
+    const std::uint32_t slot = world.bodies.slot(world.shapes.owners()[i]);
+    if (slot == kNoSlot || world.bodies.values()[slot].motion != Motion::fixed) continue;
+    for (const Shape& shape : world.shapes.values()[i].list) {
+      const Pose at = compose(world.bodies.values()[slot].pose, shape.local);
+      const bool flat = traits_of(shape.kind).shape_class == ShapeClass::half_space;
+      if (flat && (at.rotation * Vec3{0, 1, 0}).y > 1 - 1e-9)
+        level = std::max(level, at.position.y);
+    }
+  }
+  return level;
+}
+
+View with_ground(const World& world, View view) {
+  view.ground_height = ground_height_of(world, view);
+  return view;
+}
+
 }  // namespace
 
 Eye make_eye(const Camera& camera, int width, int height) {
@@ -276,8 +375,9 @@ Camera framing_camera(const World& world, const View& view, Real aspect) {
   camera.automatic = false;
   std::vector<Ball> balls = all_balls(world);
   if (balls.empty()) return camera;
-  add_ground(view, balls);
-  const Eye look = make_eye(view.camera, 1, 1);
+  add_ground(with_ground(world, view), balls);
+  if (is_default(camera) && has_cavity(world)) camera.eye = camera.target + kIntoCavity;
+  const Eye look = make_eye(camera, 1, 1);
   const Real tan_y = kMargin * look.tan_y;
   camera.eye = fit(balls, look, tan_y * aspect, tan_y);
   Real low = kFar, high = -kFar;
@@ -286,6 +386,26 @@ Camera framing_camera(const World& world, const View& view, Real aspect) {
     high = std::max(high, glm::dot(look.forward, b.centre - camera.eye));
   }
   camera.target = camera.eye + std::max((low + high) / 2, 1e-3) * look.forward;
+  return camera;
+}
+
+Real ground_height_of(const World& world, const View& view) {
+  if (std::isfinite(view.ground_height)) return view.ground_height;
+  if (const Real level = level_of_planes(world); std::isfinite(level)) return level;
+  Real low = 0;
+  for (const Ball& b : all_balls(world)) low = std::min(low, b.centre.y - b.radius);
+  return low;
+}
+
+View framed_view(const World& world, const View& view, Real aspect) {
+  View framed = with_ground(world, view);
+  if (view.camera.automatic) framed.camera = framing_camera(world, framed, aspect);
+  return framed;
+}
+
+Camera seen_from(Vec3 way, const Camera& from) {
+  Camera camera = from;
+  camera.eye = from.target + glm::distance(from.eye, from.target) * way;
   return camera;
 }
 

@@ -5,6 +5,9 @@
 #include "engine/geometry/surface.hpp"
 #include "engine/render/belts.hpp"
 #include "engine/render/curve_mesh.hpp"
+#include "engine/render/palette.hpp"
+#include "engine/render/springs.hpp"
+#include "engine/render/supports.hpp"
 #include "engine/render/surface_mesh.hpp"
 
 namespace pantin::detail {
@@ -12,6 +15,8 @@ namespace {
 
 constexpr std::size_t kCrowd = 500;  // bodies; above it coarse meshes are used
 constexpr int kSlackSegments = 24;
+constexpr std::size_t kManySprings = 100;       // above it their coils are coarse
+constexpr int kFineTurn = 12, kCoarseTurn = 6;  // straight pieces a turn
 
 void store(Vec3 from, float* to) {
   for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(from[k]);
@@ -41,11 +46,6 @@ void fill(Instance& instance, const Pose& at, const Material& material, const Ey
   instance.metallic = static_cast<float>(material.metallic);
 }
 
-std::optional<RoundedBox> rounded_box(const Shape& shape) {
-  const auto rounded = traits_of(shape.kind).rounded;
-  return rounded ? rounded(shape) : std::nullopt;
-}
-
 /// The surface of a shape, or a substitute; stored, so that its copy on the GPU is kept too.
 SurfaceSolids solids_of(const Shape& shape, DrawList& to) {
   if (has_surface(shape.kind)) return {shape.surface};
@@ -67,6 +67,9 @@ struct SolidList {
   void add_surface(const Shape& shape, const Pose& pose, const Material& material);
   void add_instance(SurfaceSolids group, const Pose& at, const Material& material);
   void add_curve(const PosedWorld& scene, Entity body, const ContactSurface& on);
+  void add_springs(const PosedWorld& scene);
+  /// A spring, of as many straight pieces a turn.
+  void add_coil(const Coil& coil, int around);
 };
 
 void SolidList::add_surface(const Shape& shape, const Pose& pose, const Material& material) {
@@ -95,12 +98,37 @@ void SolidList::add_curve(const PosedWorld& scene, Entity body, const ContactSur
   const Shapes* shapes = world.shapes.find(body);
   const std::uint32_t material = shapes && !shapes->list.empty() ? shapes->list[0].material : 0;
   const Pose at = compose(scene.pose_of(slot), on.pose);
-  add_instance({kept.solid}, at,
-               material < world.materials.size() ? world.materials[material] : Material{});
+  add_instance({kept.solid}, at, drawn_material(scene, slot, material));
   for (int c = 0; c < 8; ++c) {
     const Vec3 low = kept.solid->low, high = kept.solid->high;
     const Vec3 corner{c & 1 ? high.x : low.x, c & 2 ? high.y : low.y, c & 4 ? high.z : low.z};
     to.solids_around.balls.push_back({to_world(at, corner), 0});
+  }
+  to.solids_around.end();
+}
+
+void SolidList::add_springs(const PosedWorld& scene) {
+  std::vector<Coil> coils;
+  for (const Link& link : scene.world.links.values())
+    if (const auto coil = coil_of(scene, link)) coils.push_back(*coil);
+  for (const Coil& coil : coils)
+    add_coil(coil, coils.size() > kManySprings ? kCoarseTurn : kFineTurn);
+}
+
+void SolidList::add_coil(const Coil& coil, int around) {
+  Material steel;
+  steel.colour = Vec3(0.5), steel.roughness = 0.4;
+  const std::vector<Vec3> wire = wire_of(coil, around);
+  for (std::size_t i = 1; i < wire.size(); ++i) {
+    const Vec3 along = wire[i] - wire[i - 1];
+    const Real length = glm::length(along);
+    Shape piece;
+    piece.kind = ShapeKind::capsule, piece.size = {coil.wire, length / 2, 0};
+    add(piece, {0.5 * (wire[i] + wire[i - 1]), upright(along / length)}, steel);
+  }
+  for (const Vec3 end : {coil.a, coil.b}) {
+    const Ball ball{end, coil.radius + coil.wire};
+    to.solids_around.balls.push_back(ball), to.movers.push_back(ball);
   }
   to.solids_around.end();
 }
@@ -111,20 +139,15 @@ void SolidList::add(const Shape& shape, const Pose& pose, const Material& materi
   const auto rounded = rounded_box(shape);
   if (!rounded) return add_surface(shape, pose, material);
   const Pose at = compose(pose, shape.local);
-  Vec3 core = rounded->core;
-  Real skin = rounded->radius;
-  Mesh mesh = kBox;
-  if (skin == 0) {  // sharp edges are drawn with a bevel
-    skin = 0.08 * std::min({core.x, core.y, core.z});
-    core -= skin;
-  } else if (core.x == 0 && core.z == 0) {
-    const Real depth = std::max(eye.depth(at.position) - core.y, Real(1e-6));
-    mesh = round_mesh(skin / (depth * eye.pixel()), detail);
+  DrawnBox box = drawn_box(*rounded);
+  if (box.mesh != kBox) {
+    const Real depth = std::max(eye.depth(at.position) - box.core.y, Real(1e-6));
+    box.mesh = round_mesh(box.skin / (depth * eye.pixel()), detail);
   }
-  Instance& instance = to.solids[mesh].emplace_back();
+  Instance& instance = to.solids[box.mesh].emplace_back();
   fill(instance, at, material, eye);
-  store(core, instance.core);
-  instance.skin = static_cast<float>(skin);
+  store(box.core, instance.core);
+  instance.skin = static_cast<float>(box.skin);
 }
 
 /// A box of about three quarters of a shape's size; each side is a whole multiple of the shortest.
@@ -207,6 +230,20 @@ void add_ribbon(std::span<const Vec3> points, const Eye& eye, DrawList& to) {
 
 }  // namespace
 
+std::optional<RoundedBox> rounded_box(const Shape& shape) {
+  const auto rounded = traits_of(shape.kind).rounded;
+  return rounded ? rounded(shape) : std::nullopt;
+}
+
+DrawnBox drawn_box(const RoundedBox& box) {
+  if (box.radius == 0) {
+    const Real bevel = 0.08 * std::min({box.core.x, box.core.y, box.core.z});
+    return {box.core - bevel, bevel, kBox};
+  }
+  const bool is_round = box.core.x == 0 && box.core.z == 0;
+  return {box.core, box.radius, is_round ? kRound32 : kBox};
+}
+
 void gather(const PosedWorld& scene, const View& view, const Eye& eye, DrawList& to) {
   for (auto& list : to.solids) list.clear();
   to.surfaces.clear(), to.surface_indices.clear();
@@ -224,8 +261,7 @@ void gather(const PosedWorld& scene, const View& view, const Eye& eye, DrawList&
     const bool moves = world.bodies.values()[slot].motion != Motion::fixed;
     for (const Shape& shape : world.shapes.values()[i].list) {
       if (is_drawn_ground(shape, pose, view)) continue;
-      const bool known = shape.material < world.materials.size();
-      solids.add(shape, pose, known ? world.materials[shape.material] : plain);
+      solids.add(shape, pose, drawn_material(scene, slot, shape.material));
       const bool ground = is_ground(shape.kind);
       Hulls& hulls = ground ? to.grounds : to.solids_around;
       add_balls(shape, pose, hulls.balls), hulls.end();
@@ -256,6 +292,16 @@ void gather(const PosedWorld& scene, const View& view, const Eye& eye, DrawList&
       if (!on->curve || std::find(drawn.begin(), drawn.end(), one) != drawn.end()) continue;
       drawn.push_back(one), solids.add_curve(scene, body, *on);
     }
+
+  solids.add_springs(scene);
+  Material frame;
+  frame.colour = Vec3(0.16), frame.roughness = 0.8;
+  std::vector<SupportPart> supports;
+  add_supports(scene, supports);
+  for (const SupportPart& part : supports) {
+    solids.add(part.shape, part.pose, frame);
+    add_balls(part.shape, part.pose, to.solids_around.balls), to.solids_around.end();
+  }
 
   // Front to back, so that hidden fragments are rejected early.
   for (auto& list : to.solids) sort_nearest_first(list, eye.forward);

@@ -84,6 +84,17 @@ struct DrawList {
   std::vector<Ball> fillings;                 // inside solids, as occluders of the ground
 };
 
+/// The mesh that draws a rounded box.
+struct DrawnBox {
+  Vec3 core{0};      // m, half extents
+  Real skin = 0;     // m
+  Mesh mesh = kBox;  // kRound32 for any of the round ones
+};
+/// Sharp edges get a bevel.
+DrawnBox drawn_box(const RoundedBox& box);
+/// What `traits_of` says of a shape, if it is a rounded box.
+std::optional<RoundedBox> rounded_box(const Shape& shape);
+
 inline constexpr Real kStringRadius = 0.0012;  // m
 
 /// Clears and fills `to`. Bodies with non-finite poses are left out, and so are planes that

@@ -1,7 +1,6 @@
 #include "engine/render/marks.hpp"
 
 #include <algorithm>
-#include <limits>
 
 #include "engine/base/rotation.hpp"
 #include "engine/contact/contact.hpp"
@@ -21,22 +20,6 @@ Vec3 linear(Vec3 srgb) {
     return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
   };
   return {part(srgb.x), part(srgb.y), part(srgb.z)};
-}
-
-/// Distance of a shape's farthest point from its body's origin; infinite for grounds.
-Real drawn_reach(const Shape& shape) {
-  const Real off = glm::length(shape.local.position);
-  if (is_ground(shape.kind)) return std::numeric_limits<Real>::infinity();
-  if (shape.surface) return off + 0.5 * glm::length(shape.surface->high - shape.surface->low);
-  return off + reach_of(shape);
-}
-
-Real reach_of(const World& world, Entity body) {
-  const Shapes* shapes = world.shapes.find(body);
-  Real reach = 0;
-  if (shapes)
-    for (const Shape& shape : shapes->list) reach = std::max(reach, drawn_reach(shape));
-  return reach > 0 ? reach : std::numeric_limits<Real>::infinity();
 }
 
 void add_body_axes(const PosedWorld& scene, Pen& pen) {
@@ -118,7 +101,7 @@ struct ForceScale {
 /// Fraction of the torque limit; without a limit, of the spring's torque at half a turn.
 Real effort(const JointDrive& drive) {
   const Real most = drive.max_torque < kNoCap ? drive.max_torque : kPi * drive.stiffness;
-  return most > 0 ? std::clamp(drive.torque / most, 0.0, 1.0) : 0;
+  return most > 0 ? std::clamp(std::abs(drive.torque) / most, 0.0, 1.0) : 0;
 }
 
 /// An arc about the axis of the remaining rotation; three quarters of a circle correspond to the
@@ -133,7 +116,9 @@ void add_muscle(const PosedWorld& scene, const JointDrive& drive, const Link& li
   if (size <= 0 || b == kNoSlot) return;
   const Quat turn_a = scene.pose_of(world.bodies.slot(link.a)).rotation;
   const Quat now = relative_rotation(link.joint, turn_a, scene.pose_of(b).rotation);
-  const Vec3 rest = rotation_vector(target_at(drive, world.time) * glm::conjugate(now));
+  const Vec3 rest = drive.exact
+                        ? Vec3(drive.torque < 0 ? -1 : 1, 0, 0)
+                        : rotation_vector(target_at(drive, world.time) * glm::conjugate(now));
   const Real angle = glm::length(rest);
   const Vec3 axis = turn_a * link.joint.frames.a() * (angle > 1e-6 ? rest / angle : Vec3{1, 0, 0});
   // It starts at the side, so that short arcs are not seen edge-on.
@@ -153,7 +138,8 @@ void add_muscle(const PosedWorld& scene, const JointDrive& drive, const Link& li
 void add_muscles(const PosedWorld& scene, Pen& pen) {
   const World& world = scene.world;
   for (std::size_t i = 0; i < world.joint_drives.size(); ++i)
-    if (const Link* link = world.links.find(world.joint_drives.owners()[i]))
+    if (const Link* link = world.links.find(world.joint_drives.owners()[i]);
+        link && !world.joint_drives.values()[i].motion.travels)
       add_muscle(scene, world.joint_drives.values()[i], *link, pen);
 }
 
@@ -211,7 +197,8 @@ std::vector<Vec3> points_of(const Arc& arc) {
 Real mark_size(const PosedWorld& scene, const Link& link, Vec3 at, const Pen& pen) {
   if (!pen.sees(at)) return 0;
   const Real pixel = pen.metres(at, 1), height = pen.eye().height;
-  const Real body = 0.7 * std::min(reach_of(scene.world, link.a), reach_of(scene.world, link.b));
+  const Real body =
+      0.7 * std::min(drawn_reach(scene.world, link.a), drawn_reach(scene.world, link.b));
   if (body < height / 200 * pixel) return 0;
   return std::clamp(body, height / 36 * pixel, height / 8 * pixel);
 }

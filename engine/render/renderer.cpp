@@ -231,12 +231,10 @@ void GlRenderer::draw_overlay(const PosedWorld& scene, const Overlay& overlay, c
 }
 
 void GlRenderer::draw(const Shot& shot, Image& out) {
-  const View& view = shot.view;
-  const PosedWorld scene{shot.world, shot.poses};
+  const PosedWorld scene{shot.world, shot.poses, shot.colours};
   const Real aspect = static_cast<Real>(options_.width) / options_.height;
-  const Camera camera =
-      view.camera.automatic ? framing_camera(shot.world, view, aspect) : view.camera;
-  const Eye eye = make_eye(camera, options_.width, options_.height);
+  const View view = framed_view(shot.world, shot.view, aspect);
+  const Eye eye = make_eye(view.camera, options_.width, options_.height);
   gather(scene, view, eye, list_);
   frame_ = make_frame(view, eye, list_);
   wireframe_ = shot.wireframe;

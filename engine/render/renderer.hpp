@@ -83,9 +83,12 @@ class Renderer {
     View view = {};
     const Overlay* overlay = nullptr;  // null: no overlay
     bool wireframe = false;            // edges of the bodies' triangles only
+    // By slot of World::bodies, linear RGB; bodies beyond have the colours of their materials, or
+    // of a palette by body where they name none.
+    std::span<const Vec3> colours = {};
   };
   /// Draws into `out` and reuses its memory. An automatic camera is framed for every picture: for a
-  /// film, call framing_camera() once.
+  /// film, call framed_view() once.
   virtual void draw(const Shot& shot, Image& out) = 0;
   /// Sets the size of pictures. Reducing it costs nothing, so sizes may alternate. The size of
   /// letters is unchanged.
@@ -96,7 +99,18 @@ class Renderer {
 /// A camera that sees all bodies of the world in a picture of this aspect ratio (width / height),
 /// in the viewing direction of `view`. It includes shapes and cables, the extent of their paths and
 /// swings, and the nearby ground with shadows. Planes are excluded, and height fields count only
-/// near other objects, unless there are no others. The result is not automatic.
+/// near other objects, unless there are no others. The result is not automatic. A camera that is
+/// left at its default direction looks from above where a body is in a cavity.
 Camera framing_camera(const World& world, const View& view, Real aspect);
+
+/// The height of the ground of `view`. Where that is not a number: the highest level fixed plane;
+/// without planes 0, or the lowest point of all that framing_camera() sees if it is below.
+Real ground_height_of(const World& world, const View& view);
+
+/// `view` with the height of its ground, and with a framing camera if its own is automatic.
+View framed_view(const World& world, const View& view, Real aspect);
+
+/// A camera at the same distance from the same target, in the direction `way` (unit) from it.
+Camera seen_from(Vec3 way, const Camera& from);
 
 }  // namespace pantin

@@ -1,5 +1,6 @@
 // Keys of the appearance of a scene: materials, camera, light, ground and pictures.
 #include <cmath>
+#include <limits>
 
 #include "engine/scene/read/read.hpp"
 
@@ -48,7 +49,10 @@ constexpr Key kLight[] = {
 
 constexpr Key kGround[] = {
     flag<&View::ground>("visible", "Draw it."),
-    number<&View::ground_height>("height", "m", kAnyNumber, "Height of the ground."),
+    number<&View::ground_height>("height", "m", kAnyNumber,
+                                 "Height of the ground. Default: that of a fixed plane, else 0, or "
+                                 "below everything.")
+        .without_default(),
 };
 
 bool read_size(const RowValue& row, OutputDefaults& output) {
@@ -85,7 +89,9 @@ bool read_members(const Reading& reading, const Reader& from, Camera& camera) {
   return true;
 }
 
+/// A height that is not given follows from the World when pictures are made.
 bool read_ground(const RowValue& row, View& view) {
+  view.ground_height = std::numeric_limits<Real>::quiet_NaN();
   if (!row.is_there()) return true;
   const JsonNode& value = row.from.json[row.node()];
   if (value.kind == JsonKind::boolean)
