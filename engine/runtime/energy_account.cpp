@@ -146,8 +146,9 @@ void EnergyAccount::find_losses(const World& world) {
   for (std::uint32_t i = 0; i < world.links.size(); ++i) {
     const Link& l = world.links.values()[i];
     const JointParameters& own = *l.joint.parameters;
-    if (l.joint.limits.any() || own.travel.on || own.grip > 0 || takes(own.rotation) ||
-        takes(own.translation) || world.joint_drives.find(world.links.owners()[i]))
+    if (l.joint.limits.any() || own.travel.on || own.grip > 0 || own.friction > 0 ||
+        takes(own.rotation) || takes(own.translation) ||
+        world.joint_drives.find(world.links.owners()[i]))
       lose({l.a, l.b});
   }
   for (const Cable& c : world.cables.values())
@@ -325,8 +326,17 @@ EnergyAccount::Way EnergyAccount::way_of(const World& world, std::uint32_t holde
   return {bodies_[holder].pose, b.pose, b.velocity - bodies_[holder].velocity};
 }
 
-/// Excludes groups with several holders one of which moves, and groups with a winch.
+/// Excludes groups with several holders one of which moves, and groups with a winch or an exact
+/// drive.
 void EnergyAccount::leave_out(const World& world) {
+  const auto leave = [&](Entity e) {
+    if (const std::uint32_t slot = world.bodies.slot(e); slot != kNoSlot)
+      groups_[sets_.root(slot)].is_asked = false;
+  };
+  for (std::size_t i = 0; i < world.joint_drives.size(); ++i) {
+    const Link* link = world.links.find(world.joint_drives.owners()[i]);
+    if (link && world.joint_drives.values()[i].exact) leave(link->a), leave(link->b);
+  }
   for (const Hold& hold : holds_) {
     Group& g = groups_[sets_.root(hold.body)];
     if (g.held_by != kSeveral || !g.is_asked) continue;
@@ -337,10 +347,6 @@ void EnergyAccount::leave_out(const World& world) {
   const auto cables = world.cables.values();
   for (std::size_t i = 0; i < cables.size(); ++i) {
     if (cables[i].joint.length == cables_[i].length || cables[i].joint.compliance > 0) continue;
-    const auto leave = [&](Entity e) {
-      if (const std::uint32_t slot = world.bodies.slot(e); slot != kNoSlot)
-        groups_[sets_.root(slot)].is_asked = false;
-    };
     leave(cables[i].a), leave(cables[i].b);
     for (const CableGuide& guide : cables[i].guides) leave(guide.body);
   }

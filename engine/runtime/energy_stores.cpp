@@ -149,7 +149,7 @@ void list_joint(const World& world, std::uint32_t slot, std::vector<EnergyStore>
     stores.push_back(s);
   }
   const std::uint32_t drive = world.joint_drives.slot(world.links.owners()[slot]);
-  if (drive == kNoSlot) return;
+  if (drive == kNoSlot || world.joint_drives.values()[drive].exact) return;
   s.kind = EnergyStore::Kind::drive, s.slot = drive;
   stores.push_back(s);
 }

@@ -92,6 +92,8 @@ void Monitor::check_habits(const World& world, const StepReport& report, Real h)
   check(limited_, FindingKind::energy_limited, report.limited_at, report.energy_removed);
   check(rescued_, FindingKind::step_rescued, report.rescued_at, report.rescued > 0 ? h : 0);
   check(unsolved_, FindingKind::contacts_unsolved, report.unsolved_at, report.unsolved > 0 ? h : 0);
+  if (report.uncertain > 0)
+    found_.note(FindingKind::place_uncertain, report.uncertain_at, uncertain_ += h);
 }
 
 void Monitor::end_step(const World& world, Real h, StepReport& report) {

@@ -53,6 +53,7 @@ class Monitor {
   FindingList found_;
   Lately energies_;
   Habit limited_, rescued_, unsolved_;
+  Real uncertain_ = 0;            // s, of surfaces whose place of contact was uncertain
   std::size_t found_before_ = 0;  // findings at the end of the previous step
   std::uint64_t built_for_ = 0;
 };

@@ -81,6 +81,7 @@ struct GearRecipe {
   Real ratio = 1;
   std::optional<Real> offset;  // rad or m
   bool in_degrees = false;     // unit of the angles in the file
+  Real length_unit = 1;        // m, of the file; ratio and offset are in its unit
 };
 
 struct PulleyRecipe {
@@ -149,6 +150,13 @@ struct PinRecipe {
   Pin pin;                        // priority, kind, stiffness
 };
 
+struct SensorRecipe {
+  std::string name;
+  SensorKind kind = SensorKind::point;
+  std::string body, to, from, joint;             // empty: none
+  Vec3 anchor{0}, to_anchor{0}, from_anchor{0};  // in the bodies' own frames
+};
+
 struct PathRecipe {
   std::string body;
   KinematicPath path;  // in a prefab's frame; values that are kLeftOpen follow from the start of
@@ -164,7 +172,8 @@ struct PoseRecipe {
 /// A number of a joint or cable that assembly may change: "joints/3/length".
 struct FreeRecipe {
   std::string of;
-  std::optional<Real> least, most;  // m
+  std::optional<Real> least, most;  // in the unit of the file
+  Real length_unit = 1;             // m, of the file
 };
 
 /// A plane at `offset` (m) along x, y or z.
@@ -186,6 +195,7 @@ struct InstanceRecipe {
   std::optional<std::string> parent{};
   Real time_offset = 0;
   std::optional<SolverSettings> solver;
+  std::optional<std::string> world{};  // the body that "world" of the prefab stands for
   std::optional<int> mirror{};  // the axis across which the prefab is mirrored, in its own frame
 };
 
@@ -193,6 +203,11 @@ struct GridRecipe {
   InstanceRecipe each;  // pose of the grid's middle
   std::array<int, 3> count{1, 1, 1};
   Vec3 spacing{1};
+  // A ring: as many copies as count[0], rotated about an axis.
+  bool is_ring = false;
+  Vec3 axis{0, 1, 0};  // in the grid's frame
+  Vec3 arm{0};         // of the first copy, m
+  Real angle = 360;    // degrees from the first copy to the last; 360: to the first again
 };
 
 struct ChainRecipe {
@@ -218,6 +233,7 @@ struct EventRecipe {
   std::vector<std::string> bodies;
   PointRecipe point;
   bool in_degrees = false;  // unit of a motor's target in the file
+  Real length_unit = 1;     // m, of the file; the values of a motor are in its unit
 };
 /// Marks values of a motor or drive that an event leaves unchanged.
 inline constexpr Real kAsBefore = std::numeric_limits<Real>::quiet_NaN();
@@ -234,8 +250,9 @@ struct Group {
   std::vector<CableRecipe> cables;
   std::vector<PinRecipe> pins;
   std::vector<PathRecipe> paths;
-  std::vector<PoseRecipe> poses;  // of the scene itself only, like the next
+  std::vector<PoseRecipe> poses;  // of the scene itself only, like the next two
   std::vector<FreeRecipe> free;
+  std::vector<SensorRecipe> sensors;
   std::vector<InstanceRecipe> instances;
   std::vector<GridRecipe> grids;
   std::vector<ChainRecipe> chains;
@@ -268,6 +285,7 @@ struct NetRecipe {
 struct Recipe {
   Scene scene;
   bool plane = false;  // islands that stay in the plane are solved there
+  Real error = 0;      // of the motion, as a fraction of its size; 0: not given
   Group top;
   std::vector<Group> prefabs;
   std::vector<PrefabName> prefab_names;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/base/result.hpp"
+#include "engine/world/sensor.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin {
@@ -35,6 +36,7 @@ struct Scene {
   Real duration = 5;         // s
   Real drift_bound = 1e-12;  // allowed joint gap, as a fraction of the island's size
   OutputDefaults output;
+  std::vector<Sensor> sensors;
   std::vector<std::string> warnings;  // whole lines, with the position
   std::vector<std::string> files;     // besides its own, each once: prefabs, surfaces
 };

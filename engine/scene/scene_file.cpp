@@ -16,7 +16,21 @@ namespace pantin {
 
 using namespace detail;
 
-void detail::build_world(const BuiltScene& built, World& world) {
+namespace {
+
+/// A sensor with its entities.
+Sensor placed(const BuiltSensor& built, const std::vector<Entity>& bodies,
+              const std::vector<Entity>& links) {
+  Sensor sensor = built.sensor;
+  const auto on = [&](std::uint32_t body) { return body == kWorldBody ? Entity{} : bodies[body]; };
+  sensor.a.on = is_of_joint(sensor.kind) ? links[built.joint] : on(built.a);
+  sensor.b.on = on(built.b), sensor.c.on = on(built.c);
+  return sensor;
+}
+
+}  // namespace
+
+void detail::build_world(const BuiltScene& built, World& world, std::vector<Sensor>* sensors) {
   std::vector<Entity> entities;
   entities.reserve(built.bodies.size());
   for (const BuiltBody& b : built.bodies) {
@@ -91,6 +105,8 @@ void detail::build_world(const BuiltScene& built, World& world) {
         event.kind);
     add_event(world, event);
   }
+  for (std::size_t i = 0; sensors && i < built.sensors.size(); ++i)
+    sensors->push_back(placed(built.sensors[i], entities, links));
 }
 
 void SolverChoices::apply(SolverSettings& settings) const {
@@ -145,7 +161,15 @@ Result<Scene> parse_whole(std::string_view text, std::string_view name, const Wa
   const BuiltScene built = build_scene(recipe, places, limits, start);
   if (files.any_errors()) return files.errors();
   Scene scene = std::move(recipe.scene);
-  std::vector<Solver> solvers = solvers_of(built, scene.world.default_settings.solver);
+  Solver& solver = scene.world.default_settings.solver;
+  const bool chooses = recipe.error > 0 && !choices.solver;
+  if (chooses && solver != Solver::articulated)
+    places.error({}, "error",
+                 "found \"error\" with the solver \"" + std::string(name_of(solver)) +
+                     "\", expected it with \"auto\", which chooses the cheapest model");
+  else if (chooses)
+    solver = cheapest_solver(built, scene.world.gravity, recipe.error);
+  std::vector<Solver> solvers = solvers_of(built, solver);
   if (choices.solver) solvers.assign(solvers.size(), *choices.solver);
   check_solvers(built, solvers, places);
   check_planes(built, solvers, scene.world.gravity, places);
@@ -155,9 +179,11 @@ Result<Scene> parse_whole(std::string_view text, std::string_view name, const Wa
   warn_of_structure(built, solvers, places);
   warn_of_contacts(built, scene.world.gravity, places);
   warn_of_events(built, scene.duration, places);
-  build_world(built, scene.world);
+  build_world(built, scene.world, &scene.sensors);
   if (scene.laminas) add_laminas(*scene.laminas, scene.world);
   if (recipe.plane && !choices.solver) choose_plane(scene.world, places);
+  if (chooses && solver == Solver::articulated && !recipe.plane && !any_leaves_plane(built.events))
+    choose_cheapest(scene.world);
   choices.apply(scene.world.default_settings);
   for (SolverSettings& s : scene.world.settings.values()) choices.apply(s);
   if (scene.drift_bound == 0) scene.drift_bound = promised_gap(scene.world);

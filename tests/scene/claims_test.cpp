@@ -22,7 +22,8 @@ std::string file_of(const std::string& name) {
 /// Calls `see` with the file of each shipped scene.
 void each_shipped(const std::function<void(const std::filesystem::path&)>& see) {
   for (const char* folder : kFolders)
-    for (const auto& file : std::filesystem::directory_iterator(asset(folder))) see(file.path());
+    for (const auto& file : std::filesystem::directory_iterator(asset(folder)))
+      if (file.is_regular_file()) see(file.path());
 }
 
 }  // namespace

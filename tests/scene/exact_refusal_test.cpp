@@ -114,7 +114,8 @@ TEST_CASE("What belongs to other kinds of joints is refused") {
             "them"});
   CHECK(at_point(R"("kind": "prismatic", "drive": {"stiffness": 1})") ==
         Lines{"t.json:5:43: /joints/0/drive: found a drive of a prismatic joint, expected a "
-              "\"motor\" or a \"spring\": drives rotate joints with a shared point"});
+              "\"motion\" in it, a \"motor\" or a \"spring\": springs of drives rotate joints with "
+              "a shared point"});
   CHECK(with_joint(R"("kind": "distance", "point_a": [0, 0, 0], "point_b": [0, 0, 0])") ==
         Lines{"t.json:4:46: /joints/0: found a distance joint whose ends start at one point, "
               "expected a \"length\""});
@@ -128,9 +129,10 @@ TEST_CASE("Springs, friction and motors that do nothing, or two things at once, 
             "t.json:5:65: /joints/0/friction: found neither \"viscous\" nor \"dry\", expected one "
             "of them: without them there is no friction",
             "t.json:5:78: /joints/0/motor: found no \"velocity\", expected a target rate, or a "
-            "target \"position\"",
-            "t.json:5:78: /joints/0/motor: found no \"gain\", expected the torque or force per "
-            "unit of error"});
+            "target \"position\""});
+  CHECK(at_point(R"("kind": "hinge", "motor": {"position": 1, "damping": 1})") ==
+        Lines{"t.json:5:64: /joints/0/motor/damping: found \"damping\" without \"gain\", expected "
+              "both, or neither: they are then chosen"});
   CHECK(at_point(R"("kind": "hinge", "motor": {"velocity": 1, "position": 1, "gain": 1})") ==
         Lines{"t.json:5:64: /joints/0/motor/position: found \"position\" beside \"velocity\", "
               "expected only one of them"});

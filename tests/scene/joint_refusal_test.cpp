@@ -111,10 +111,33 @@ TEST_CASE("Turns that a kind of joint cannot make are refused") {
               "three angles in degrees"});
 }
 
+TEST_CASE("Motions of drives that make no sense are refused") {
+  const auto says = [](const std::string& joint, const std::string& what) {
+    const Lines lines = with_joint(joint);
+    CAPTURE(joint, lines);
+    return lines.size() == 1 && lines.front().find(what) != std::string::npos;
+  };
+  const std::string hinge = R"("kind": "hinge", "drive": {"motion": )";
+  CHECK(says(R"("drive": {"motion": {"speed": 1}})",
+             "/joints/0/drive/motion: found a motion of a ball joint, expected "
+             "one of these kinds: hinge, universal, cylindrical, prismatic or screw"));
+  CHECK(says(hinge + R"({"speed": 1}, "stiffness": 1})",
+             "/joints/0/drive/stiffness: found \"stiffness\" beside \"motion\""));
+  CHECK(says(hinge + R"({"amplitude": 1}})", "found \"amplitude\" without \"frequency\""));
+  CHECK(says(hinge + R"({"law": "spline"}})", "found \"law\" without \"table\""));
+  CHECK(says(hinge + R"({"law": "step", "table": [[0, 0], [1, 1]]}})",
+             "expected linear, spline, cycloidal or 3-4-5"));
+  CHECK(says(hinge + R"({"table": [[0, 0]]}})", "expected two rows or more"));
+  CHECK(says(hinge + R"({"table": [[0, 0], [1, 1], [1, 2]]}})",
+             "/joints/0/drive/motion/table/2: found time 1 after 1, expected a later one"));
+  CHECK(says(hinge + R"({"along": "travel", "speed": 1}})",
+             "found a motion along the travel of a hinge joint"));
+}
+
 TEST_CASE("Drives of joints that make no sense are refused") {
   CHECK(with_joint(R"("drive": {})") ==
         Lines{"t.json:5:10: /joints/0/drive: found neither \"stiffness\" nor \"damping\", expected "
-              "one of them: without them a drive has no effect"});
+              "one of them, or an exact \"motion\": without them a drive has no effect"});
   CHECK(with_joint(R"("drive": {"stiffness": -1, "damping": -2, "max_torque": -3})") ==
         Lines{"t.json:5:24: /joints/0/drive/stiffness: found -1, expected a number from 0 to 1e12",
               "t.json:5:39: /joints/0/drive/damping: found -2, expected a number from 0 to 1e12",

@@ -49,6 +49,7 @@ std::string scene_with(std::string_view what, const std::string& extra,
     if (what == part_of) return joint("\"" + std::string(what) + "\": {" + extra + "}");
   if (what == "dof") return joint("\"angle\": {" + extra + "}");
   if (what == "joint_drive") return joint("\"drive\": {" + extra + "}");
+  if (what == "drive_motion") return joint("\"drive\": {\"motion\": {" + extra + "}}");
   if (what == "pose_key") return joint("\"drive\": {\"keys\": [{\"time\": 0, " + extra + "}]}");
   if (what == "cable_guide")
     return part("cables", R"([{"a": "a", "b": "b", "over": [{"body": "a", )" + extra + "}]}]");
@@ -97,7 +98,7 @@ std::string scene_with(std::string_view what, const std::string& extra,
   if (what == "finger") return part("laminas", R"([{"name": "l", "fingers": [{)" + extra + "}]}]");
   if (what == "mirror") return part("generators", R"({"mirrors": [{)" + extra + "}]}");
   if (what == "stairs") return part("generators", R"({"stairs": [{)" + extra + "}]}");
-  if (what == "chain" || what == "grid")
+  if (what == "chain" || what == "grid" || what == "ring")
     return part("generators", "{\"" + std::string(what) + "s\": [{" +
                                   (what == "chain" ? of_kind : "") + extra + "}]}");
   for (std::string_view one :

@@ -224,3 +224,39 @@ TEST_CASE("The image of a skin is the skin on the other side, its outer side out
   CHECK(other.surface->low.x == Approx(-one.surface->high.x).margin(1e-9));
   CHECK(volume(other) == Approx(volume(one)).epsilon(1e-9));
 }
+
+TEST_CASE("The mirror image of a prefab with a wheel rolls the mirrored way") {
+  Scene s = good(R"({"version": 1, "solver": {"type": "lagrangian"}, "prefabs": [{"name": "side",
+"bodies": [{"name": "frame_left", "mass": 3, "inertia": [0.1, 0.2, 0.1], "position": [0.8, 0.15, 0.1],
+  "velocity": [0.9, 0, 0.3], "angular_velocity": [0, 1.3, 0]},
+ {"name": "wheel_left", "mass": 1, "inertia": [0.005, 0.005, 0.01], "position": [1, 0.15, 0.4],
+  "rotation_deg": [0, 20, 0], "velocity": [0.9, 0, 0.3], "angular_velocity": [0, 1.3, -6]}],
+"joints": [
+ {"name": "floor_left", "kind": "planar", "a": "world", "b": "frame_left", "anchor": [0.8, 0.15, 0.1],
+  "axis": [0, 1, 0]},
+ {"name": "axle_left", "kind": "hinge", "a": "frame_left", "b": "wheel_left", "anchor": [1, 0.15, 0.4],
+  "axis": [0.34202014, 0, 0.93969262]},
+ {"name": "grip_left", "kind": "wheel", "a": "world", "b": "wheel_left", "anchor": [1, 0.15, 0.4],
+  "axis": [0.34202014, 0, 0.93969262], "across": [0, 1, 0], "radius": 0.15}]}],
+"instances": [{"name": "a", "prefab": "side"}, {"name": "b", "prefab": "side", "mirror": "x"}]})");
+  CHECK(s.warnings.empty());
+  CHECK(s.world.links[s.world.find("b/grip_right")].joint.parameters->length == 0.15);
+  const Vec3 start = s.world.bodies[s.world.find("a/wheel_left")].pose.position;
+  Simulation sim = Simulation::copy_of(s.world, {1.0 / 240});
+  for (int i = 0; i < 240; ++i) sim.step();
+  // It rolls without slip, along a bend.
+  const auto slip = [&](const char* wheel, const char* joint) {
+    const Body& b = sim.world.bodies[sim.world.find(wheel)];
+    const Joint& j = sim.world.links[sim.world.find(joint)].joint;
+    const Vec3 axle = b.pose.rotation * j.frames.b() * Vec3(1, 0, 0);
+    const Vec3 along = glm::normalize(glm::cross(axle, Vec3(0, 1, 0)));
+    const Vec3 foot = b.velocity + glm::cross(b.angular_velocity, Vec3(0, -0.15, 0));
+    return std::max(std::abs(glm::dot(foot, along)), std::abs(glm::dot(foot, axle)));
+  };
+  CHECK(slip("a/wheel_left", "a/grip_left") < 1e-9);
+  CHECK(slip("b/wheel_right", "b/grip_right") < 1e-9);
+  const Body& left = sim.world.bodies[sim.world.find("a/wheel_left")];
+  CHECK(distance(left.pose.position, start) > 0.3);
+  CHECK(std::abs(left.angular_velocity.y) > 0.3);
+  check_images(s, {{"a/wheel_left", "b/wheel_right"}, {"a/frame_left", "b/frame_right"}}, 0);
+}

@@ -4,8 +4,8 @@
 
 #include "engine/solvers/solver.hpp"
 #include "tests/scene/scenes.hpp"
-#include "tools/peers/bodies/jolt/spelt.hpp"
 #include "tools/peers/bodies/judge.hpp"
+#include "tools/peers/bodies/spelt.hpp"
 
 using namespace pantin;
 using namespace pantin::peers;

@@ -183,6 +183,91 @@ TEST_CASE("what stays in the plane is solved there where a scene asks for it") {
   CHECK(told == 1);
 }
 
+namespace {
+
+/// A scene that accepts an error, with a loop of three bars on the ground, and more.
+std::string four_bar(const std::string& coupler, const std::string& more = "") {
+  return R"({"version": 1, "error": 0.01, "bodies": [
+    {"name": "crank", "mass": 1, "inertia": [1, 1, 1], "position": [0, 0.5, 0]},
+    {"name": "coupler", "mass": 1, "inertia": [1, 1, 1], "position": [0.5, 1, 0])" +
+         coupler +
+         R"(}, {"name": "rocker", "mass": 1, "inertia": [1, 1, 1], "position": [1, 0.5, 0]}],
+    "joints": [
+    {"kind": "hinge", "a": "world", "b": "crank", "anchor": [0, 0, 0], "axis": [0, 0, 1]},
+    {"kind": "hinge", "a": "crank", "b": "coupler", "anchor": [0, 1, 0], "axis": [0, 0, 1]},
+    {"kind": "hinge", "a": "coupler", "b": "rocker", "anchor": [1, 1, 0], "axis": [0, 0, 1]},
+    {"kind": "hinge", "a": "world", "b": "rocker", "anchor": [1, 0, 0], "axis": [0, 0, 1]}])" +
+         more + "}";
+}
+
+Solver solver_of(const Scene& scene, const char* body) {
+  const SolverSettings* own = scene.world.settings.find(scene.world.find(body));
+  return own ? own->solver : scene.world.default_settings.solver;
+}
+
+/// Two free boxes above a floor, with these members of each and of the scene.
+std::string boxes(const std::string& members, const std::string& more, const char* z = "0") {
+  return R"({"version": 1, )" + more + R"("bodies": [
+    {"name": "floor", "motion": "fixed", "shape": {"type": "plane"}, "collision": true},
+    {"name": "a", "position": [0, 1, 0], "shape": {"type": "sphere", "radius": 0.1})" +
+         members + R"(}, {"name": "b", "position": [0.1, 3, )" + z +
+         R"(], "shape": {"type": "sphere", "radius": 0.1})" + members + "}]}";
+}
+
+}  // namespace
+
+TEST_CASE("a scene that accepts an error is solved by the cheapest model that keeps its motion") {
+  const Scene flat = good(four_bar(""));
+  CHECK(flat.world.default_settings.solver == Solver::planar);
+  CHECK(flat.warnings.empty());
+  // A tree of joints is cheaper under "auto".
+  std::string open = four_bar("");
+  const std::size_t last = open.rfind(",\n    {\"kind\"");
+  open.erase(last, open.find("}]", last) + 1 - last);
+  CHECK(solver_of(good(open), "crank") == Solver::articulated);
+  // Out of the plane: a mass centre, an event.
+  CHECK(solver_of(good(four_bar(R"(, "angular_velocity": [1, 0, 0])")), "crank") != Solver::planar);
+  const std::string push = R"(, "events": [{"type": "push", "body": "crank", "force": [1, 0, Z]}])";
+  const auto pushed = [&](const char* z) {
+    std::string text = four_bar("", push);
+    return text.replace(text.find('Z'), 1, z);
+  };
+  CHECK(solver_of(good(pushed("0")), "crank") == Solver::planar);
+  CHECK(solver_of(good(pushed("1")), "crank") == Solver::articulated);
+  // Another solver is no choice, and the command line has the last word.
+  const auto told = diagnostics(four_bar("", R"(, "solver": {"type": "sweep"})"));
+  REQUIRE(told.size() == 1);
+  CHECK(told[0].find("found \"error\" with the solver \"sweep\"") != std::string::npos);
+  SolverChoices asked;
+  asked.solver = Solver::lagrangian;
+  const Result<Scene> exact = parse_scene(four_bar(""), "t.json", {}, asked);
+  REQUIRE(exact);
+  CHECK(solver_of(*exact, "crank") == Solver::lagrangian);
+}
+
+TEST_CASE("a loop in the plane beside bodies in space is solved there alone") {
+  std::string text = four_bar("");
+  text.replace(text.find("\"bodies\": [") + 11, 0,
+               R"({"name": "top", "mass": 1, "inertia": [1, 2, 3], "position": [5, 0, 0],
+                   "angular_velocity": [1, 2, 3]},)");
+  const Scene mixed = good(text);
+  CHECK(solver_of(mixed, "crank") == Solver::planar);
+  CHECK(solver_of(mixed, "top") == Solver::articulated);
+}
+
+TEST_CASE("free bodies that collide are solved in the plane only where that is accurate enough") {
+  const std::string collides = R"(, "collision": true)";
+  const auto chosen = [](const std::string& text) {
+    return good(text).world.default_settings.solver;
+  };
+  CHECK(chosen(boxes(collides, R"("error": 0.01, )")) == Solver::planar);
+  CHECK(chosen(boxes(collides, R"("error": 0.001, )")) == Solver::articulated);
+  CHECK(chosen(boxes(R"(, "collision": {"restitution": 0.5})", R"("error": 0.01, )")) ==
+        Solver::articulated);
+  // One ball passes in front of the other.
+  CHECK(chosen(boxes(collides, R"("error": 0.01, )", "0.05")) == Solver::articulated);
+}
+
 TEST_CASE("a belt that slips is refused by the exact solver, by name") {
   const auto told_by = [](const std::string& solver) {
     const Result<Scene> scene =

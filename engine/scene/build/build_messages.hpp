@@ -26,6 +26,7 @@ enum class ElementKind : std::uint8_t {
   surface_joint,
   event,
   pose,
+  sensor,
   free
 };
 

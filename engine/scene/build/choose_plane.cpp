@@ -11,6 +11,7 @@ namespace {
 /// An island, and why it cannot be moved in the plane.
 struct Choice {
   std::uint32_t slot = 0;  // of its first body
+  std::vector<std::uint32_t> slots;
   bool is_solid = false;
   std::string why;
 };
@@ -22,7 +23,7 @@ std::vector<Choice> choices_for(const World& world) {
       return world.settings.find(world.bodies.owners()[slot]) != nullptr;
     };
     if (std::any_of(island.slots.begin(), island.slots.end(), has_own)) continue;
-    Choice choice{island.slots.front(), false, {}};
+    Choice choice{island.slots.front(), {island.slots.begin(), island.slots.end()}, false, {}};
     choice.why = plane_fault(world, world.bodies.owners()[choice.slot]);
     for (const std::uint32_t slot : island.slots)
       if (const Collision* c = world.collisions.find(world.bodies.owners()[slot]))
@@ -32,6 +33,19 @@ std::vector<Choice> choices_for(const World& world) {
   return choices;
 }
 
+/// Assigns the solver "planar" to the islands that have no fault. Bodies that collide are left out
+/// unless all of them are in the plane: others could touch them.
+void assign(const std::vector<Choice>& choices, World& world) {
+  const bool all_solid = std::none_of(choices.begin(), choices.end(),
+                                      [](const Choice& c) { return c.is_solid && !c.why.empty(); });
+  for (const Choice& c : choices) {
+    if (!c.why.empty() || (c.is_solid && !all_solid)) continue;
+    SolverSettings settings = world.default_settings;
+    settings.solver = Solver::planar;
+    world.settings.add(world.bodies.owners()[c.slot], settings);
+  }
+}
+
 }  // namespace
 
 void choose_plane(World& world, BuildMessages& messages) {
@@ -39,20 +53,30 @@ void choose_plane(World& world, BuildMessages& messages) {
   if (!has_planar_solver())
     return messages.warn(scene, "plane",
                          "\"plane\" has no effect: this build of pantin was made without Box2D");
-  std::vector<Choice> choices = choices_for(world);
-  const bool all_solid = std::none_of(choices.begin(), choices.end(),
-                                      [](const Choice& c) { return c.is_solid && !c.why.empty(); });
-  for (const Choice& c : choices) {
-    const Entity body = world.bodies.owners()[c.slot];
-    if (!c.why.empty()) {
+  const std::vector<Choice> choices = choices_for(world);
+  for (const Choice& c : choices)
+    if (!c.why.empty())
       messages.warn(scene, "plane",
-                    "\"" + world.name_of(body) + "\" is not solved by \"planar\": " + c.why);
-    } else if (!c.is_solid || all_solid) {
-      SolverSettings settings = world.default_settings;
-      settings.solver = Solver::planar;
-      world.settings.add(body, settings);
-    }
-  }
+                    "\"" + world.name_of(world.bodies.owners()[c.slot]) +
+                        "\" is not solved by \"planar\": " + c.why);
+  assign(choices, world);
+}
+
+void choose_cheapest(World& world) {
+  if (!has_planar_solver()) return;
+  const auto count = static_cast<std::uint32_t>(world.bodies.size());
+  const auto place_of = [&](Entity body) {
+    const std::uint32_t slot = world.bodies.slot(body);
+    return slot < count && world.bodies.values()[slot].motion == Motion::dynamic ? slot : count;
+  };
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  for (const Link& l : world.links.values()) pairs.emplace_back(place_of(l.a), place_of(l.b));
+  const std::vector<bool> closers = loop_closers(count, pairs);
+  std::vector<Choice> choices = choices_for(world);
+  std::erase_if(choices, [&](const Choice& c) {
+    return c.is_solid || std::ranges::none_of(c.slots, [&](auto slot) { return closers[slot]; });
+  });
+  assign(choices, world);
 }
 
 }  // namespace pantin::detail

@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <utility>
 
+#include "engine/base/rotation.hpp"
 #include "engine/geometry/kinds.hpp"
 #include "engine/scene/build/group_builder.hpp"
 #include "engine/scene/build/place.hpp"
@@ -21,14 +23,15 @@ struct GroupBuilder::Copy {
   const InstanceRecipe& instance;
   std::string prefix;  // of names
   Pose at;
-  Real ahead;  // s, time shift of paths and drives
+  Real ahead;                        // s, time shift of paths and drives
+  std::uint32_t world = kWorldBody;  // the body that its "world" is
 };
 
 void GroupBuilder::add_instance(Element<InstanceRecipe> e) {
   const InstanceRecipe& instance = e.recipe;
   if (const BuiltPrefab* prefab = of_instances_[e.id.index])
     copy({part_of(instance, *prefab, e.id), instance, instance.name + "/", pose_of(instance, e.id),
-          instance.time_offset});
+          instance.time_offset, world_of(instance, e.id)});
 }
 
 /// The pose of an instance or a grid in the frame of the group.
@@ -43,6 +46,12 @@ Pose GroupBuilder::pose_of(const InstanceRecipe& instance, const ElementId& id) 
   return compose(own, instance.pose);
 }
 
+/// The body to which ties of a copy to "world" go.
+std::uint32_t GroupBuilder::world_of(const InstanceRecipe& instance, const ElementId& id) {
+  if (!instance.world) return kWorldBody;
+  return body_or_world(*instance.world, id, "world").value_or(kWorldBody);
+}
+
 void GroupBuilder::add_grid(Element<GridRecipe> e) {
   const GridRecipe& grid = e.recipe;
   const BuiltPrefab* prefab = of_grids_[e.id.index];
@@ -50,15 +59,28 @@ void GroupBuilder::add_grid(Element<GridRecipe> e) {
   int copies = 0;
   const Pose middle = pose_of(grid.each, e.id);
   const BuiltScene& part = part_of(grid.each, *prefab, e.id);
+  const std::uint32_t world = world_of(grid.each, e.id);
+  const auto add = [&](const Pose& at) {
+    copy({part, grid.each, grid.each.name + "/" + std::to_string(copies) + "/", at,
+          copies * grid.each.time_offset, world});
+    ++copies;
+  };
+  if (grid.is_ring) {
+    const bool is_full = grid.angle == 360 || grid.angle == -360;
+    const Real gaps = std::max(grid.count[0] - (is_full ? 0 : 1), 1);
+    for (int k = 0; k < grid.count[0]; ++k) {
+      const Quat turn =
+          from_rotation_vector(kPi / 180 * grid.angle * k / gaps * glm::normalize(grid.axis));
+      add(compose(middle, {turn * grid.arm, turn}));
+    }
+    return;
+  }
   for (int y = 0; y < grid.count[1]; ++y)
     for (int z = 0; z < grid.count[2]; ++z)
       for (int x = 0; x < grid.count[0]; ++x) {
         const Vec3 from_middle(x - (grid.count[0] - 1) / 2.0, y - (grid.count[1] - 1) / 2.0,
                                z - (grid.count[2] - 1) / 2.0);
-        const Pose at{to_world(middle, from_middle * grid.spacing), middle.rotation};
-        copy({part, grid.each, grid.each.name + "/" + std::to_string(copies) + "/", at,
-              copies * grid.each.time_offset});
-        ++copies;
+        add({to_world(middle, from_middle * grid.spacing), middle.rotation});
       }
 }
 
@@ -94,13 +116,16 @@ void GroupBuilder::copy(const Copy& how) {
   const auto first = static_cast<std::uint32_t>(places.bodies);
   const auto first_joint = static_cast<std::uint32_t>(places.joints);
   const auto moved_place = [&](std::uint32_t body) {
-    return body == kWorldBody ? kWorldBody : first + body;
+    return body == kWorldBody ? how.world : first + body;
   };
+  // The prefab's frame as seen from its world.
+  const Pose at =
+      how.world == kWorldBody ? how.at : compose(inverse(made_.pose_of(how.world)), how.at);
   const auto moved_anchor = [&](std::uint32_t body, Vec3 anchor) {
-    return body == kWorldBody ? to_world(how.at, anchor) : anchor;
+    return body == kWorldBody ? to_world(at, anchor) : anchor;
   };
   const auto moved_axes = [&](std::uint32_t body, Quat axes) {
-    return body == kWorldBody ? glm::normalize(how.at.rotation * axes) : axes;
+    return body == kWorldBody ? glm::normalize(at.rotation * axes) : axes;
   };
   for (const BuiltBody& b : how.part.bodies) {
     BuiltBody p = b;
@@ -128,8 +153,8 @@ void GroupBuilder::copy(const Copy& how) {
     BuiltSurfaceJoint& p = made_.surface_joints.emplace_back(s);
     p.name.insert(0, how.prefix);
     p.a = moved_place(s.a), p.b = moved_place(s.b);
-    if (s.a == kWorldBody) p.contact.on_a.pose = compose(how.at, s.contact.on_a.pose);
-    if (s.b == kWorldBody) p.contact.on_b.pose = compose(how.at, s.contact.on_b.pose);
+    if (s.a == kWorldBody) p.contact.on_a.pose = compose(at, s.contact.on_a.pose);
+    if (s.b == kWorldBody) p.contact.on_b.pose = compose(at, s.contact.on_b.pose);
   }
   for (const BuiltCable& s : how.part.cables) {
     BuiltCable& p = made_.cables.emplace_back(s);
@@ -139,14 +164,14 @@ void GroupBuilder::copy(const Copy& how) {
     p.joint.anchor_b = moved_anchor(s.b, s.joint.anchor_b);
     for (BuiltGuide& g : p.guides) {
       g.guide.anchor = moved_anchor(g.body, g.guide.anchor);
-      if (g.body == kWorldBody) g.guide.axis = glm::normalize(how.at.rotation * g.guide.axis);
+      if (g.body == kWorldBody) g.guide.axis = glm::normalize(at.rotation * g.guide.axis);
       g.body = moved_place(g.body);
     }
   }
   for (const BuiltPin& p : how.part.pins) {
     made_.pins.push_back(
         {how.prefix + p.name, p.at, moved_place(p.body), p.pin, moved_place(p.to)});
-    if (p.to == kWorldBody) made_.pins.back().pin.target = to_world(how.at, p.pin.target);
+    if (p.to == kWorldBody) made_.pins.back().pin.target = to_world(at, p.pin.target);
   }
   for (const BuiltPath& d : how.part.paths)
     made_.paths.push_back({d.at, moved_place(d.body), shifted(moved(d.path, how.at), how.ahead)});

@@ -261,8 +261,14 @@ std::optional<BuiltFree> Search::number_of_net() const {
 
 }  // namespace
 
-std::optional<BuiltFree> find_free(const FreeSource& in, const FreeRecipe& recipe,
+std::optional<BuiltFree> find_free(const FreeSource& in, const FreeRecipe& as_given,
                                    std::string& fault) {
+  FreeRecipe recipe = as_given;
+  // Of the quantities of one number these are lengths, or m/rad.
+  for (const std::string_view key : {"/length", "/radius", "/pitch"})
+    if (recipe.of.ends_with(key))
+      for (std::optional<Real>* bound : {&recipe.least, &recipe.most})
+        if (*bound) **bound *= recipe.length_unit;
   const Search search{in, recipe, fault};
   const bool is_net = recipe.of.starts_with("surfaces/") || recipe.of.starts_with("curves/");
   auto found = is_net ? search.number_of_net() : search.number_of_law();

@@ -29,6 +29,7 @@ BuiltScene GroupBuilder::build() {
   mirror_links();
   each(group_.poses, ElementKind::pose, &B::add_pose);
   each(group_.events, ElementKind::event, &B::add_event);  // all other elements exist now
+  each(group_.sensors, ElementKind::sensor, &B::add_sensor);
   return std::move(made_);
 }
 

@@ -71,6 +71,7 @@ class GroupBuilder {
   void add_links_of(Element<ChainRecipe> e);
   void add_drive(Element<PathRecipe> e);
   void add_pose(Element<PoseRecipe> e);
+  void add_sensor(Element<SensorRecipe> e);  // sensors.cpp
   void check_loop(const ElementId& at, const KinematicPath& path);
 
   // Copies of prefabs: copies.cpp.
@@ -83,6 +84,7 @@ class GroupBuilder {
   void add_instance(Element<InstanceRecipe> e);
   void add_grid(Element<GridRecipe> e);
   Pose pose_of(const InstanceRecipe& instance, const ElementId& id);
+  std::uint32_t world_of(const InstanceRecipe& instance, const ElementId& id);
   const BuiltScene& part_of(const InstanceRecipe& instance, const BuiltPrefab& prefab,
                             const ElementId& id);
   void copy(const Copy& how);

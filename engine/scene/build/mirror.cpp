@@ -175,6 +175,11 @@ BuiltBody mirrored(const BuiltBody& body, const Reflection& by, MirrorImages& im
 }
 
 void mirror_travel(Joint& joint) {
+  // -S turns the normal of a wheel's track over: y is the image of y, and z that of z.
+  if (joint.kind == JointKind::wheel) {
+    const Quat half_turn(0, 1, 0, 0);
+    joint.frames.set(joint.frames.a() * half_turn, joint.frames.b() * half_turn);
+  }
   if (info_of(joint.kind).is_line || !joint.parameters.any()) return;
   JointParameters& own = joint.parameters.edit();
   own.pitch = -own.pitch;

@@ -146,6 +146,9 @@ Joint chain_joint(const BuiltScene& built, const RotationRecipe& turn, std::uint
 JointDrive shifted(const JointDrive& drive, Real ahead) {
   JointDrive result = drive;
   for (PoseKey& key : result.keys) key.time -= ahead;
+  DriveMotion& motion = result.motion;
+  for (MotionKnot& knot : motion.knots) knot.time -= ahead;
+  motion.phase += 2 * kPi * motion.frequency * ahead, motion.offset += motion.speed * ahead;
   return result;
 }
 

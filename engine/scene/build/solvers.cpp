@@ -42,7 +42,7 @@ std::vector<Extra> extras_of(const BuiltJoint& joint) {
     found.push_back({"motor", "\"motor\" of " + named, Feature::motor});
   if (parameters.restitution != 0)
     found.push_back({"limits/restitution", "\"restitution\" of " + named, Feature::restitution});
-  if (joint.drive) found.push_back({"drive", "\"drive\" of " + named, Feature::pose_drive});
+  if (joint.drive) found.push_back({"drive", "\"drive\" of " + named, feature_of(*joint.drive)});
   return found;
 }
 

@@ -17,10 +17,18 @@ constexpr Key kOfPrefab =
     needed_reference<&I::prefab>("prefab", "the name of a prefab", "Name of a prefab.");
 constexpr Key kItsSolver =
     object<&I::solver>("solver", "solver", "Solver settings for all its islands.");
+constexpr Key kItsWorld = reference<&I::world>("world", "the name of a body",
+                                               "Name of a body outside: what the prefab ties to "
+                                               "\"world\" is tied to that body, where both are "
+                                               "at the start. Default: the fixed world.");
 constexpr Key kMirrored =
     word<&I::mirror>("mirror", kAxes,
                      "Mirror the prefab across the plane through its origin normal to this axis. "
                      "Names with a side change it. Default: not mirrored.");
+
+constexpr Key kTimeOffset = number<&I::time_offset>(
+    "time_offset", "s", kTime,
+    "The paths and drives of each copy run ahead of those of the previous copy by this time.");
 
 constexpr Key kInstance[] = {
     needed_name<&I::name>(),
@@ -29,6 +37,7 @@ constexpr Key kInstance[] = {
     kPosition.to<&I::pose>(),
     kRotation,
     kRotationDeg,
+    kItsWorld,
     kMirrored,
     number<&I::time_offset>("time_offset", "s", kTime,
                             "Its paths and drives run ahead by this time."),
@@ -38,6 +47,7 @@ constexpr Key kInstance[] = {
 constexpr Key kGenerated[] = {
     objects("chains", "chain", "Chains of equal links."),
     objects("grids", "grid", "Prefabs in rows."),
+    objects("rings", "ring", "Prefabs around an axis."),
     objects("stairs", "stairs", "Flights of steps."),
     objects("mirrors", "mirror", "Left and right: bodies copied across a plane."),
 };
@@ -79,10 +89,41 @@ constexpr Key kGrid[] = {
     vector<&I::pose>("position", "m", "Where the grid's middle is.").or_else(0),
     kRotation,
     kRotationDeg,
+    kItsWorld,
     kMirrored,
-    number<&I::time_offset>(
-        "time_offset", "s", kTime,
-        "The paths and drives of each copy run ahead of those of the previous copy by this time."),
+    kTimeOffset,
+    kItsSolver,
+};
+
+bool read_ring_count(const RowValue& row, GridRecipe& ring) {
+  ring.is_ring = true;
+  ring.count[0] = row.from.whole(row.key.name, 1);
+  return true;
+}
+
+bool read_ring_angle(const RowValue& row, GridRecipe& ring) {
+  ring.angle = row.from.number(row.key.name);
+  return true;
+}
+
+constexpr Key kRing[] = {
+    needed_name<&I::name>(),
+    kOfPrefab,
+    whole<read_ring_count>("count", 1, 1'000'000,
+                           "Number of copies; they are called \"name/0\", \"name/1\", ...")
+        .needed("how many copies"),
+    direction<&G::axis>("axis", "Through the position."),
+    angle_deg<read_ring_angle>(
+        "angle_deg", "From the first copy to the last; 360: evenly around the whole circle.")
+        .or_else(360),
+    vector<&G::arm>("arm", "m", "From the axis to the origin of the first copy."),
+    kParent.to<&I::parent>(),
+    vector<&I::pose>("position", "m", "A point of the axis.").or_else(0),
+    kRotation,
+    kRotationDeg,
+    kItsWorld,
+    kMirrored,
+    kTimeOffset,
     kItsSolver,
 };
 
@@ -110,6 +151,8 @@ constexpr Key kStairs[] = {
 constinit const KeySet keys::instance{"instance", "A copy of a prefab.", kInstance};
 constinit const KeySet keys::generators{"generators", "Generators of many bodies.", kGenerated};
 constinit const KeySet keys::grid{"grid", "Copies of a prefab in rows.", kGrid};
+constinit const KeySet keys::ring{"ring", "Copies of a prefab around an axis, rotated with it.",
+                                  kRing};
 constinit const KeySet keys::stairs{
     "stairs",
     "A fixed body of steps that rise along its x axis, as wide along z. Its origin is the middle "

@@ -18,15 +18,16 @@ struct SizeKey;
 
 namespace keys {
 
-#define PANTIN_OBJECTS                                                                             \
-  scene, solver, material, material_pair, defaults, object_class, body_class, joint_class,         \
-      cable_class, pin_class, body, collision, joint, limits, soft, spring, friction, motor, dof,  \
-      gear, belt, belt_pulley, surface_joint, surface_side, joint_drive, pose_key, cable_guide,    \
-      cable, pin, keyframe, pose, free_number, prefab, instance, generators, lamina, finger,       \
-      chain, grid, stairs, mirror, camera, light, ground, output, surface, nurbs_face, plane_face, \
-      cylinder_face, cone_face, sphere_face, ellipsoid_face, torus_face, revolution_face,          \
-      extrusion_face, sweep_face, interpolation_face, nurbs_curve, line_curve, arc_curve,          \
-      circle_curve, ellipse_curve, interpolation_curve, outline_curve, joined_curve
+#define PANTIN_OBJECTS                                                                            \
+  scene, solver, material, material_pair, defaults, object_class, body_class, joint_class,        \
+      cable_class, pin_class, body, collision, joint, limits, soft, spring, friction, motor, dof, \
+      gear, belt, belt_pulley, surface_joint, surface_side, joint_drive, pose_key, drive_motion,  \
+      sensor, cable_guide, cable, pin, keyframe, pose, free_number, prefab, instance, generators, \
+      lamina, finger, chain, grid, ring, stairs, mirror, camera, light, ground, output, surface,  \
+      nurbs_face, plane_face, cylinder_face, cone_face, sphere_face, ellipsoid_face, torus_face,  \
+      revolution_face, extrusion_face, sweep_face, interpolation_face, nurbs_curve, line_curve,   \
+      arc_curve, circle_curve, ellipse_curve, interpolation_curve, outline_curve, joined_curve,   \
+      gear_curve, rack_curve, cam_curve, geneva_wheel_curve, geneva_disc_curve, helix_curve
 
 /// All kinds of objects except shapes, paths and events.
 extern const KeySet PANTIN_OBJECTS;
@@ -46,7 +47,7 @@ constexpr int actuated(const JointKindInfo& kind) {
 constexpr bool acts(const JointKindInfo& kind) { return actuated(kind) > 0; }
 constexpr bool acts_twice(const JointKindInfo& kind) { return actuated(kind) > 1; }
 constexpr bool is_driven(const JointKindInfo& kind) {
-  return kind.holds_point && kind.rotations != Turns::nowhere;
+  return (kind.holds_point && kind.rotations != Turns::nowhere) || acts(kind);
 }
 constexpr bool is_of_files(const JointKindInfo& kind) { return kind.in_files; }
 constexpr bool is_of_chains(const JointKindInfo& kind) { return kind.in_files && kind.holds_point; }

@@ -36,12 +36,17 @@ constexpr Key kFree = of_object(
     "Numbers of laws that `pantin assemble` may change together with the poses, as little as "
     "possible: \"joints/3/length\", \"surfaces/cam/points/2/1\".");
 constexpr Key kInstances = objects("instances", "instance", "Copies of prefabs.");
-constexpr Key kGenerators =
-    object("generators", "generators", "Generators of chains, grids, stairs and mirror images.");
+constexpr Key kGenerators = object("generators", "generators",
+                                   "Generators of chains, grids, rings, stairs and mirror images.");
 
 constexpr Key kScene[] = {
     text("$schema", "Where editors find this schema; not read."),
     number("version", "", kVersion, "Of this format.").needed("the version of the format: 1"),
+    word("units", kLengthUnits,
+         "Unit of length of this file. mm: m stands for mm in the unit of every key, so that a "
+         "torque is in N mm, a stiffness in N/mm, an inertia in kg mm^2; densities stay in "
+         "kg/m^3. Results are in SI units whatever the file has.")
+        .or_else(0),
     text<&S::title>("title", "Default: the file's name."),
     vector<&S::world, &World::gravity>("gravity", "m/s^2", "Acceleration of gravity.")
         .or_else(0, -9.81, 0),
@@ -59,6 +64,14 @@ constexpr Key kScene[] = {
                           "Time in which a step should be computed. Bodies in contact give way "
                           "beyond it: fewer substeps, softer contacts. Results then depend on the "
                           "machine. 0: none.")
+        .or_else(0),
+    number<&Recipe::error>(
+        "error", "", kUnit,
+        "Error of the motion that is accepted, as a fraction of its size: \"auto\" then chooses "
+        "the cheapest model, \"planar\" for loops in the xy plane, and from 0.01 on for free "
+        "bodies "
+        "that collide there. The step stays as it is; `pantin tune` chooses it, too. 0: none is "
+        "given.")
         .or_else(0),
     number<&S::duration>("duration", "s", kDuration, "Duration of the scene.").or_else(5),
     number<&S::drift_bound>(
@@ -95,6 +108,8 @@ constexpr Key kScene[] = {
             "Planar parts held or pushed by fingers quasistatically. Each is a body of its name, "
             "solved by \"quasistatic\"; its fingers are bodies NAME/FINGER."),
     objects("events", "event", "Timed changes while the scene runs."),
+    objects("sensors", "sensor",
+            "Quantities that records (`pantin run --record`) and programs read."),
     objects("prefabs", "prefab", "Named groups to instantiate; they have no effect by themselves."),
     object<&View::camera>("camera", "camera", "Viewpoint of pictures."),
     object<&View::light>("light", "light", "Sun and sky."),
@@ -133,7 +148,8 @@ constexpr Exclusive kPrefabPairs[] = {
 }  // namespace
 
 constinit const KeySet scene{
-    "scene", "A scene: SI units, +Y up, right-handed; keys in _deg are degrees.", kScene};
+    "scene", "A scene: SI units, or mm for lengths, +Y up, right-handed; keys in _deg are degrees.",
+    kScene};
 constinit const KeySet prefab{
     "prefab",
     "A group of bodies with their joints, other ties, paths and events, in its own frame. "

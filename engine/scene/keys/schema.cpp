@@ -187,7 +187,9 @@ std::string written_default(const Key& key, const Vec3& value) {
 
 std::string about(const Key& key) {
   std::string text(key.about);
-  if (!key.unit.empty()) text += (text.empty() ? "In " : " In ") + std::string(key.unit) + ".";
+  const bool is_told = text.ends_with("in " + std::string(key.unit));
+  if (!key.unit.empty() && !is_told)
+    text += (text.empty() ? "In " : " In ") + std::string(key.unit) + ".";
   return text;
 }
 
@@ -208,6 +210,7 @@ std::string old_property_of(const Key& key) {
   const std::string value = value_of(key);
   list.add(value.substr(1, value.size() - 2));
   list.add("deprecated", "true");
+  list.add("doNotSuggest", "true");  // read by editors of the VS Code family
   list.add("description", quoted("Now called \"" + std::string(key.name) + "\"."));
   return list.object();
 }
@@ -322,7 +325,9 @@ std::string schema_of(const KeySet& set) {
     if (key.is_needed) needed.add(quoted(key.name));
   }
   each_word(set.retired, [&](std::string_view name) {
-    properties.add(name, "{\"deprecated\":true,\"description\":\"No longer has any effect.\"}");
+    properties.add(name,
+                   "{\"deprecated\":true,\"doNotSuggest\":true,"
+                   "\"description\":\"No longer has any effect.\"}");
   });
   List list;
   list.add("type", quoted("object"));

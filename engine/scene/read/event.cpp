@@ -122,6 +122,7 @@ std::optional<EventRecipe> read_event(const Reading& reading, NodeId node) {
     return read_kind_at<Kinds...>(*type, reading, from, recipe);
   };
   if (!read(static_cast<const EventKinds*>(nullptr))) return std::nullopt;
+  recipe.length_unit = reading.length_unit;
   return recipe;
 }
 

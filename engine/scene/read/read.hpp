@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <tuple>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -16,13 +17,15 @@
 #include "engine/scene/read/bind.hpp"
 #include "engine/scene/read/json_recipe.hpp"
 #include "engine/scene/read/reader.hpp"
+#include "engine/scene/read/units.hpp"
 #include "engine/scene/scene_files.hpp"
 
 namespace pantin::detail {
 
-/// Surfaces made from files, by kind and path, shared by shapes that name the same file. Null:
-/// invalid.
-using SurfaceFiles = std::map<std::pair<ShapeKind, std::string>, std::shared_ptr<const Surface>>;
+/// Surfaces made from files, by kind, path and unit of length (m), shared by shapes that name the
+/// same file. Null: invalid.
+using SurfaceFiles =
+    std::map<std::tuple<ShapeKind, std::string, double>, std::shared_ptr<const Surface>>;
 
 /// A class, or the defaults of a file: values for bodies, joints, cables and pins.
 struct ClassParts {
@@ -64,6 +67,7 @@ struct Reading {
   std::vector<std::string_view> groups{};   // collision groups, by name
   std::vector<std::uint32_t> group_bits{};  // of each of them
   std::string folder{};                     // folder of files named by the scene
+  double length_unit = 1;                   // m, of lengths in the text; see units.hpp
   ClassParts defaults{};
   /// NURBS surfaces by name in the text; null: invalid.
   std::unordered_map<std::string_view, std::shared_ptr<const Surface>> surface_of{};
@@ -165,6 +169,9 @@ void read_parameters(const Reading& reading, const Reader& from, RotationRecipe&
 JointLimits read_limits(const Reading& reading, const Reader& from, RotationRecipe& turn);
 
 /// "drive".
+/// A coordinate of a joint or its rate: m, or an angle under `key` or `key`_deg.
+Real read_coordinate(const Reader& from, std::string_view key, Coordinate along);
+DriveMotion read_drive_motion(const Reader& from, const Reading& reading, JointKind kind);
 std::optional<JointDrive> read_pose_drive(const Reading& reading, const Reader& from,
                                           JointKind kind);
 
@@ -200,6 +207,7 @@ bool read_members(const Reading& reading, const Reader& from, BodyRecipe& body);
 bool read_members(const Reading& reading, const Reader& from, JointRecipe& joint);
 bool read_members(const Reading& reading, const Reader& from, GearRecipe& gear);
 bool read_members(const Reading& reading, const Reader& from, BeltRecipe& belt);
+bool read_members(const Reading& reading, const Reader& from, SensorRecipe& sensor);
 bool read_members(const Reading& reading, const Reader& from, SurfaceSideRecipe& side);
 bool read_members(const Reading& reading, const Reader& from, SurfaceJointRecipe& joint);
 bool read_members(const Reading& reading, const Reader& from, GuideRecipe& guide);

@@ -94,10 +94,18 @@ void Reader::check_needs() const {
       diagnostics.error_at_key(find(beside.key), std::string(beside.complaint));
 }
 
+/// Keys under which people write comments into JSON.
+constexpr std::string_view kCommentKeys[] = {"comment", "comments", "_comment",
+                                             "//",      "note",     "notes"};
+
 void Reader::refuse_unknown(NodeId child) const {
   std::vector<std::string_view> names;
   for (const Key& k : set_.keys) names.push_back(k.name);
   const std::string_view key = json[child].key;
+  if (std::ranges::count(kCommentKeys, key) > 0)
+    return diagnostics.error_at_key(
+        child, "found key \"" + clipped(key) + "\", expected a key of a " + std::string(set_.what) +
+                   ": a comment stands after // in a file named .json5 or .jsonc");
   const std::string near = diagnostics.hints.of_word(key, names);
   diagnostics.error_at_key(child, "found key \"" + clipped(key) + "\", expected a key of a " +
                                       std::string(set_.what) +

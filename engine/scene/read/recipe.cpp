@@ -44,6 +44,7 @@ void read_free(const OpenGroup& open, const Reader& from) {
     else
       reading.diagnostics.error_value(node, "a path such as \"joints/3/length\", or an object");
     if (!item) continue;
+    item->length_unit = reading.length_unit;
     open.group.free.push_back(std::move(*item));
     open.note(ElementKind::free, node);
   }
@@ -55,6 +56,7 @@ void read_generators(const OpenGroup& open, const Reader& outer) {
   const Reader from = open.reading.open(node, "generators");
   Group& group = open.group;
   open.read_all(from, "grids", ElementKind::grid, group.grids);
+  open.read_all(from, "rings", ElementKind::grid, group.grids);
   open.read_all(from, "mirrors", ElementKind::mirror, group.mirrors);
   for (NodeId item : from.items("chains")) {
     ChainRecipe chain = read_chain(open.reading, item);
@@ -105,6 +107,7 @@ void check_names(const OpenGroup& open) {
   see(group.surface_joints, ElementKind::surface_joint, own);
   see(group.cables, ElementKind::string, own);
   see(group.pins, ElementKind::pin, own);
+  see(group.sensors, ElementKind::sensor, own);
 }
 
 /// The kinds that act on a particular entity: "push, impulse ... or winch".
@@ -173,6 +176,7 @@ void read_group(const OpenGroup& open, const Reader& from) {
   open.read_all(from, "paths", ElementKind::drive, group.paths);
   open.read_all(from, "instances", ElementKind::instance, group.instances);
   if (open.number == 0) open.read_all(from, "poses", ElementKind::pose, group.poses);
+  if (open.number == 0) open.read_all(from, "sensors", ElementKind::sensor, group.sensors);
   if (open.number == 0) read_free(open, from);
   for (NodeId node : from.items("events"))
     if (auto event = open.number == 0 ? read_event(open.reading, node)
@@ -235,6 +239,7 @@ std::optional<std::uint32_t> read_prefab_file(const Reading& reading, const Read
   inner.solver = reading.solver;
   const Reader from = inner.open(0, "scene");
   if (!from.is_object()) return std::nullopt;
+  from.word("units");
   scene.open_files.push_back(full);
   std::vector<Group>& prefabs = scene.recipe.prefabs;
   prefabs.emplace_back().name = item.name();
@@ -329,6 +334,7 @@ void note_nets(const Reading& reading, const Reader& from, std::vector<NetRecipe
 
 void read_head(const Reading& reading, const Reader& from, Recipe& recipe) {
   from.number("version");
+  from.word("units");
   from.text("$schema", "");
   Scene& scene = recipe.scene;
   scene.drift_bound = 0;  // by default what the solvers achieve, see parse_whole()
@@ -379,6 +385,8 @@ Reading reading_of(SceneReading& scene, SceneFile& file) {
                   scene.surfaces,
                   scene.recipe.scene.world.materials};
   reading.scope = scene.scopes++;
+  reading.length_unit = length_unit_of(file.json);
+  convert_to_si(file.json);
   reading.folder = std::filesystem::path(file.name).parent_path().string();
   return reading;
 }
@@ -400,8 +408,9 @@ Recipe read_recipe(SceneFiles& files, JsonPlaces& places, const SceneLimits& lim
   read_content(reading, from, 0);
   scene.files = files.names();
   for (const auto& [file, surface] : whole.surfaces)  // one file may be both a hull and a mesh
-    if (std::find(scene.files.begin(), scene.files.end(), file.second) == scene.files.end())
-      scene.files.push_back(file.second);
+    if (const std::string& path = std::get<1>(file);
+        std::find(scene.files.begin(), scene.files.end(), path) == scene.files.end())
+      scene.files.push_back(path);
   return recipe;
 }
 
