@@ -29,7 +29,7 @@ def pantin(*arguments, **how):
                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=240, **how)
 
 
-class Chart(unittest.TestCase):
+class Charts(unittest.TestCase):
     def setUp(self):
         self.kept = tempfile.TemporaryDirectory()
         self.addCleanup(self.kept.cleanup)
@@ -49,6 +49,8 @@ class Chart(unittest.TestCase):
     def errors(self, scene, method):
         return [run["position_m"] for run in scene["runs"] if run["method"] == method]
 
+
+class Chart(Charts):
     def test_errors_fall_by_the_order_of_each_integrator(self):
         scene = self.chart(PENDULUM, "--coarsest", 0.02, "--rungs", 4, "--repeat", 1, "--time", 60)
         self.assertTrue(scene["reference"]["whole"])
@@ -168,6 +170,10 @@ class Chart(unittest.TestCase):
         scene = self.chart(SCENES / "heap.json", "--time", 3)
         self.assertLess(time.monotonic() - began, 40)
         self.assertTrue(any(run["status"] == "not_run" for run in scene["runs"]))
+        # Too little time for a reference is not a disagreement of methods.
+        done = pantin("chart", SCENES / "heap.json", "--time", 0.1, "--out", self.folder / "short")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("the time was too short for two runs", done.stdout)
 
     def test_pictures(self):
         words = ["chart", self.scene(PENDULUM), "--out", self.folder / "p", "--rungs", 2,
@@ -200,6 +206,93 @@ class Chart(unittest.TestCase):
         (self.folder / "file").write_text("")
         done = pantin("chart", self.scene(PENDULUM), "--out", self.folder / "file/below")
         self.assertEqual(done.returncode, 4)
+
+
+class Exact(Charts):
+    """Exact motions beside shipped scenes."""
+
+    WORDS = ["--rungs", 3, "--repeat", 1, "--time", 30, "--methods", "lagrangian/rk4,lagrangian/radau/tolerance"]
+
+    def copied(self, name, change=lambda text: text):
+        (self.folder / "exact").mkdir(exist_ok=True)
+        (self.folder / f"exact/{name}.csv").write_text((SCENES / f"exact/{name}.csv").read_text())
+        path = self.folder / f"{name}.json"
+        path.write_text(change((SCENES / f"{name}.json").read_text()))
+        return path
+
+    def measured(self, path, *words):
+        done = pantin("chart", path, "--out", self.folder / "out", "--json", "--afresh", *self.WORDS, *words)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return json.loads(done.stdout)["scenes"][0], done.stderr
+
+    def test_a_scene_with_an_exact_motion_is_measured_against_it(self):
+        scene, _ = self.measured(self.copied("pendulum"))
+        self.assertTrue(scene["reference"]["method"].endswith("exact/pendulum.csv"))
+        self.assertLessEqual(scene["reference"]["position_m"], 1e-12)
+        coarse, *_, fine = sorted((r for r in scene["runs"] if r["method"] == "lagrangian/rk4"),
+                                  key=lambda r: -r["step_s"])
+        self.assertAlmostEqual(math.log2(coarse["position_m"] / fine["position_m"]), 8, delta=0.5)
+        # The first second of it.
+        short, _ = self.measured(self.copied("pendulum"), "--duration", 1)
+        self.assertAlmostEqual(short["duration_s"], 1)
+        self.assertTrue(short["reference"]["method"].endswith("exact/pendulum.csv"))
+
+    def test_a_changed_scene_is_not(self):
+        scene, told = self.measured(self.copied("pendulum", lambda t: t.replace('"mass": 1,', '"mass": 2,')))
+        self.assertIn("exact/pendulum.csv: is the exact motion of another text of", told)
+        self.assertEqual(scene["reference"]["method"], "lagrangian/radau")
+        longer, _ = self.measured(self.copied("pendulum"), "--duration", 5)  # than the file
+        self.assertEqual(longer["reference"]["method"], "lagrangian/radau")
+
+    def test_the_files_are_those_of_the_scenes(self):
+        done = subprocess.run([sys.executable, "-B", pathlib.Path(__file__).parents[2] / "tools/exact",
+                               "--check"], capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+
+class Peers(Charts):
+    """Other engines on a chart, from a file."""
+
+    HEAD = "scene,engine,method,step_s,error_m,bodies,cpu_ms_per_s,status\n"
+
+    def peers(self, *rows, head=HEAD):
+        path = self.folder / "peers.csv"
+        path.write_text(head + "".join(row + "\n" for row in rows))
+        return path
+
+    def test_a_peer_that_is_ahead_is_ahead(self):
+        peers = self.peers("scene,Fast,Exact,0.01,0,1,1e-9,ok", "scene,Slow,Rough,0.01,9,1,1e9,ok",
+                           "scene,Slow,Lost,0.01,,1,,diverged", "other,Fast,Exact,0.01,0,1,1e-9,ok",
+                           "scene,pantin,auto,0.01,0,1,1e-12,ok")  # the chart has its own
+        words = ["--rungs", 2, "--repeat", 1, "--time", 20, "--methods", "auto,lagrangian/rk4"]
+        scene = self.chart(PENDULUM, *words, "--peers", peers)
+        fast, slow, lost = scene["peers"]
+        self.assertEqual((fast["method"], fast["front"]), ("Fast Exact", True))
+        self.assertAlmostEqual(fast["cost_ns"], 1e-3)  # of one body
+        self.assertFalse(slow["front"] or lost["front"])
+        self.assertFalse(any(run["front"] for run in scene["runs"]))
+        lines = (self.folder / "out/chart.csv").read_text().splitlines()
+        rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+        self.assertEqual([r["method"] for r in rows if r["status"] == "diverged"], ["Slow Lost"])
+        told = pantin("chart", self.folder / "scene.json", "--out", self.folder / "out", *words,
+                      "--peers", peers)
+        self.assertIn("Fast Exact", told.stdout)
+        self.assertNotIn("Slow Rough", told.stdout)
+        # Without the fast one, ours are the best.
+        scene = self.chart(PENDULUM, *words, "--peers",
+                           self.peers("scene,Slow,Rough,0.01,9,1,1e9,ok"))
+        self.assertTrue(any(run["front"] for run in scene["runs"]))
+
+    def test_faulty_files(self):
+        scene = self.scene(PENDULUM)
+        for rows, head, told in (([], "engine,method\n", "peers.csv:1: found no column scene"),
+                                 (["scene,A,B,x,0,1,1,ok"], self.HEAD, "peers.csv:2: found no number"),
+                                 (["scene,A,B,0.1,0,0,1,ok"], self.HEAD, "peers.csv:2:")):
+            with self.subTest(told):
+                done = pantin("chart", scene, "--out", self.folder / "bad", "--rungs", 1, "--time", 5,
+                              "--methods", "auto", "--peers", self.peers(*rows, head=head))
+                self.assertEqual(done.returncode, 2)
+                self.assertIn(told, done.stderr)
 
 
 if __name__ == "__main__":

@@ -66,6 +66,19 @@ class Findings(unittest.TestCase):
             with self.subTest(step):
                 self.assertEqual("turned_too_far" in {f["kind"] for f in findings}, told)
 
+    def test_uncertain_places_of_contact_are_told(self):
+        scene = ROOT / "tests/data/findings/tight_bowl.json"
+        told = json.loads(run(scene, "--json").stdout)
+        found = [f for f in told["findings"] if f["kind"] == "place_uncertain"]
+        self.assertEqual([f["where"] for f in found], ["touch"])
+        self.assertAlmostEqual(found[0]["amount"], found[0]["steps"] / 240, delta=1e-9)
+        lines = [line for line in run(scene).stdout.splitlines() if "place_uncertain" in line]
+        self.assertEqual(len(lines), 1)
+        self.assertIn("touch", lines[0])
+        wide = ("--set", "/bodies/1/shape/radius=0.2", "--set", "/bodies/1/position/1=-0.1")
+        told = json.loads(run(scene, *wide, "--json").stdout)
+        self.assertEqual((told["status"], told["findings"]), ("ok", []))
+
     def test_strict_makes_findings_exit_three(self):
         arguments = (NET, "--solver", "sweep", "--duration", 0.2)
         self.assertEqual(run(*arguments).returncode, 0)

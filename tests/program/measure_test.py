@@ -1,6 +1,7 @@
 """pantin check, bench and doctor, seen from outside: exit codes, tables, JSON, CSV."""
 import csv
 import json
+import math
 import os
 import pathlib
 import subprocess
@@ -15,7 +16,7 @@ CHAIN, MARIONETTE = str(SCENES / "chain.json"), str(SCENES / "marionette.json")
 BENCH_KEYS = """scene status solver step_s steps bodies joints frame_ms_median frame_ms_p95
 frame_ms_p99 frame_ms_max ns_per_link_step_median ns_per_link_step_p99 allocations_per_step
 stages_ns_per_link bytes_per_link worst_gap_m worst_gap_rel energy_start_j energy_end_j
-energy_max_j hash""".split()
+energy_max_j hash timed_hash late_steps step_part_p99""".split()
 
 
 def pantin(*arguments):
@@ -40,7 +41,7 @@ class Check(unittest.TestCase):
 
     def test_counts_what_is_there(self):
         scene = json.loads(pantin("check", CHAIN, "--json").stdout)["scenes"][0]
-        self.assertEqual((scene["bodies"], scene["joints"], scene["articulations"]), (21, 20, 1))
+        self.assertEqual((scene["bodies"], scene["joints"], scene["articulated_islands"]), (21, 20, 1))
         self.assertEqual(scene["freedoms"], 60)  # twenty bodies that turn freely about their joints
 
     def test_freedoms_are_those_that_the_joints_leave(self):
@@ -117,6 +118,12 @@ class Bench(unittest.TestCase):
             self.assertLessEqual(row["frame_ms_median"], row["frame_ms_max"])
             self.assertLess(row["worst_gap_rel"], 1e-12)
             self.assertGreater(row["bytes_per_link"], 400)
+            self.assertLessEqual(row["frame_ms_median"], row["frame_ms_p95"])
+            self.assertLessEqual(row["frame_ms_p95"], row["frame_ms_max"])
+            stages = row["stages_ns_per_link"]
+            self.assertEqual(list(stages), ["drive", "update", "adjust", "touch", "rest"])
+            self.assertGreater(min(stages.values()), 0)
+            self.assertAlmostEqual(row["step_part_p99"], 1e-3 * row["frame_ms_p99"] / row["step_s"])
 
     def test_the_solver_asked_for_is_the_one_that_runs(self):
         rows = [json.loads(pantin("bench", CHAIN, "--duration", 1, "--repeat", 1, "--solver", solver,
@@ -151,6 +158,26 @@ class Bench(unittest.TestCase):
         for device in ("full", "null"):
             self.assertTrue(pathlib.Path("/dev", device).is_char_device())
 
+    def test_a_history_grows_by_a_line_for_each_scene(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "history.csv"
+            words = [CHAIN, "--duration", 0.2, "--repeat", 1, "--history", path]
+            self.assertEqual(pantin("bench", *words).returncode, 0)
+            first = path.read_text()
+            told = json.loads(pantin("bench", MARIONETTE, *words, "--json").stdout)
+            self.assertTrue(path.read_text().startswith(first))
+            rows = list(csv.DictReader(path.read_text().splitlines()))
+            self.assertEqual([pathlib.Path(row["scene"]).stem for row in rows],
+                             ["chain", "marionette", "chain"])
+            self.assertEqual([row["timed_hash"] for row in rows[1:]],
+                             [row["timed_hash"] for row in told["rows"]])
+            self.assertEqual(rows[0]["timed_hash"], rows[2]["timed_hash"])
+            self.assertEqual(float(rows[2]["frame_ms_mean"]), told["rows"][1]["frame_ms_mean"])
+            path.write_text("a,b\n")
+            done = pantin("bench", *words)
+            self.assertEqual((done.returncode, path.read_text()), (4, "a,b\n"))
+            self.assertIn("history.csv:1: found other columns", done.stderr)
+
     def test_usage(self):
         for arguments in (["bench"], ["bench", CHAIN, "--repeat", "0"], ["bench", "missing.json"],
                           ["check"], ["doctor", "--frobnicate"]):
@@ -158,6 +185,79 @@ class Bench(unittest.TestCase):
                 done = pantin(*arguments)
                 self.assertEqual(done.returncode, 2)
                 self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+
+
+# Another build: this one, whose figures are changed by a factor or whose hashes are others.
+OTHER = """#!/usr/bin/python3
+import json, subprocess, sys
+told = json.loads(subprocess.run(["{program}", *sys.argv[1:]], stdout=subprocess.PIPE).stdout)
+for row in told["rows"]:
+    row["frame_ms_mean"] *= {factor}
+    row["hash"] = row["hash"][::{turn}]
+print(json.dumps(told))
+"""
+
+
+def interval(differences):
+    """By trying all signs: the means of pairs between which the shift is with 99 %."""
+    n = len(differences)
+    sums = sorted(sum(i + 1 for i in range(n) if signs >> i & 1) for signs in range(2 ** n))
+    k = 0  # P(W < k) <= 0.005
+    while sum(s < k + 1 for s in sums) <= 0.005 * 2 ** n:
+        k += 1
+    means = sorted((differences[i] + differences[j]) / 2 for i in range(n) for j in range(i + 1))
+    return means[k - 1], means[len(means) - k]
+
+
+class Against(unittest.TestCase):
+    def setUp(self):
+        kept = tempfile.TemporaryDirectory()
+        self.addCleanup(kept.cleanup)
+        self.folder = pathlib.Path(kept.name)
+
+    def other(self, factor=1, turn=1):
+        path = self.folder / "other"
+        path.write_text(OTHER.format(program=PANTIN, factor=factor, turn=turn))
+        path.chmod(0o755)
+        return path
+
+    def compared(self, other):
+        done = pantin("bench", CHAIN, "--duration", 0.5, "--repeat", 8, "--against", other, "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return json.loads(done.stdout)["rows"][0]
+
+    def test_verdicts(self):
+        # Factors that no load on the machine can hide.
+        for factor, turn, verdict in ((30, 1, "faster"), (1 / 30, -1, "slower")):
+            row = self.compared(self.other(factor, turn))
+            self.assertEqual(row["verdict"], verdict)
+            self.assertEqual(row["results"], "same" if turn == 1 else "differ")
+            self.assertEqual(row["words"].startswith("results differ"), turn == -1)
+            least, most = interval([math.log(ratio) for ratio in row["ratios"]])
+            self.assertAlmostEqual(row["change_interval"][0], math.expm1(least))
+            self.assertAlmostEqual(row["change_interval"][1], math.expm1(most))
+            self.assertLess(row["change_interval"][0], row["change"])
+            self.assertLess(row["change"], row["change_interval"][1])
+
+    def test_itself_has_the_same_results(self):
+        row = self.compared(PANTIN)
+        self.assertEqual(row["results"], "same")
+        least, most = row["change_interval"]
+        self.assertEqual(row["verdict"] == "no difference seen", least <= 0 <= most)
+
+    def test_faults(self):
+        for words, code, told in ((["--repeat", 7], 2, "expected 8 or more"),
+                                  (["--csv", "x.csv"], 2, "--csv"),
+                                  ([], 1, "no/such: No such file")):
+            done = pantin("bench", CHAIN, "--against", self.folder / "no/such", *words)
+            self.assertEqual(done.returncode, code, done.stderr)
+            self.assertIn(told, done.stderr)
+        path = self.folder / "silent"
+        path.write_text("#!/bin/sh\necho {}\n")
+        path.chmod(0o755)
+        done = pantin("bench", CHAIN, "--duration", 0.2, "--against", path)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("expected the output of bench --json", done.stderr)
 
 
 class Doctor(unittest.TestCase):

@@ -1,13 +1,16 @@
 """The columns of pantin run --record: which are written, and that their numbers are right."""
+import ast
 import csv
 import io
 import json
 import math
 import os
 import pathlib
+import struct
 import subprocess
 import tempfile
 import unittest
+import zipfile
 
 PANTIN = os.environ["PANTIN"]
 SCENES = pathlib.Path(os.environ["PANTIN_ASSETS"]) / "scenes"
@@ -84,6 +87,41 @@ class Record(unittest.TestCase):
         cells = [row.split(",")[1] for row in rounded.splitlines()[1:]]
         self.assertEqual(cells, [f"{x:.3g}" for x in whole["bob.x"]])
 
+    def test_arrays_for_numpy_hold_the_numbers_of_the_table(self):
+        """Read by the description of the format, and by numpy where it is installed."""
+        wanted = columns(self.record(SCENES / "stack.json", "--duration", 0.2, "--columns", "b1.*"))
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "a.npz"
+            done = pantin("run", SCENES / "stack.json", "--duration", 0.2, "--columns", "b1.*",
+                          "--record", path)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual([p.name for p in path.parent.iterdir()], ["a.npz"])
+            read = {}
+            with zipfile.ZipFile(path) as archive:
+                self.assertIsNone(archive.testzip())
+                for name in archive.namelist():
+                    data = archive.read(name)
+                    self.assertEqual(data[:8], b"\x93NUMPY\x01\x00")
+                    start = 10 + int.from_bytes(data[8:10], "little")
+                    self.assertEqual((start % 64, data[start - 1:start]), (0, b"\n"))
+                    head = ast.literal_eval(data[10:start].decode())
+                    self.assertEqual((head["descr"], head["fortran_order"]), ("<f8", False))
+                    (count,) = head["shape"]
+                    self.assertTrue(name.endswith(".npy"))
+                    read[name[:-4]] = list(struct.unpack(f"<{count}d", data[start:]))
+            self.assertEqual(list(read), list(wanted))
+            for name, values in wanted.items():
+                self.assertEqual(len(read[name]), len(values))
+                for x, y in zip(read[name], values):
+                    self.assertTrue(x == y or math.isnan(x) and math.isnan(y), name)
+            try:
+                import numpy
+            except ImportError:
+                return
+            with numpy.load(path) as loaded:
+                self.assertEqual(list(loaded), list(wanted))
+                self.assertEqual(loaded["b1.y"].tolist(), wanted["b1.y"])
+
     def test_what_cannot_be_recorded_is_refused(self):
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "r.csv"
@@ -120,6 +158,19 @@ class Record(unittest.TestCase):
             self.assertEqual(done.returncode, 2, setting)
             self.assertIn(told, done.stderr)
             self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+
+    def test_a_seed_is_that_of_the_gusts_or_an_error(self):
+        still = pantin("run", SCENES / "mobile.json", "--duration", 1, "--json")
+        hashes = {json.loads(pantin("run", SCENES / "mobile.json", "--duration", 1, "--json",
+                                    "--seed", seed).stdout)["hash"] for seed in (1, 2, 2, 3)}
+        self.assertEqual(len(hashes), 3)
+        seeds = [e.get("seed", 1) for e in json.loads((SCENES / "mobile.json").read_text())["events"]
+                 if "gusts" in e]
+        own = pantin("run", SCENES / "mobile.json", "--duration", 1, "--json", "--seed", seeds[0])
+        self.assertEqual(json.loads(own.stdout)["hash"], json.loads(still.stdout)["hash"])
+        refused = pantin("run", SCENES / "pendulum.json", "--seed", 3)
+        self.assertEqual((refused.returncode, len(refused.stderr.splitlines())), (2, 1))
+        self.assertIn("found nothing random in the scene", refused.stderr)
 
 
 if __name__ == "__main__":

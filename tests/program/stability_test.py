@@ -12,6 +12,7 @@ import unittest
 
 PANTIN = os.environ["PANTIN"]
 SCENES = pathlib.Path(os.environ["PANTIN_ASSETS"]) / "scenes"
+ATLAS = pathlib.Path(os.environ["PANTIN_ASSETS"]) / "atlas/scenes"
 FOUND = pathlib.Path(os.environ["PANTIN_TEST_DATA"]) / "findings"
 FLAP = {"version": 1, "gravity": [0, 0, 0], "ground": False,
         "bodies": [{"name": "flap", "position": [0.5, 0, 0], "mass": 1, "inertia": [0.02, 0.09, 0.09],
@@ -92,11 +93,16 @@ class Stability(unittest.TestCase):
                "position": [9, 0, 0]}
         stiff = FLAP | {"bodies": FLAP["bodies"] + [far],
                         "joints": [FLAP["joints"][0] | {"spring": {"stiffness": 6664, "rest": 0.01}}]}
+        # The weight acts beyond both fingers: nothing balances it.
+        fingers = json.loads((ATLAS / "fingers.json").read_text())
+        rod = fingers["laminas"][0] | {"centre_of_mass": [0.3, 0.01]}
+        tipping = fingers | {"laminas": [rod]}
         for expected, scene, step, *options in (
                 ("ok", pendulum, 0.005, "--methods", "lagrangian/rk4", "--duration", 2),
                 ("refused", SCENES / "bricard.json", 0.01, "--methods", "planar"),
                 ("blows up", SCENES / "bricard.json", 0.01, "--methods", "sweep"),
                 ("does not converge", SCENES / "four_bar.json", 0.1, "--methods", "lagrangian/rk4"),
+                ("does not converge", tipping, 1 / 60),
                 ("tears", FOUND / "short_strap.json", 1 / 60),
                 ("gains energy", FOUND / "no_room.json", 1 / 60, "--duration", 3),
                 ("sinks", FOUND / "safe_on_crate.json", 1 / 60),
@@ -131,6 +137,13 @@ class Stability(unittest.TestCase):
                 self.assertEqual((done.returncode, done.stdout), (2, ""))
                 self.assertIn(told, done.stderr)
                 self.assertEqual(done.stderr.count("\n"), 1)
+        # A list that the file leaves out is not made of one of its numbers.
+        bare = {key: value for key, value in FLAP.items() if key != "gravity"}
+        done = pantin("stability", self.scene(bare), "--over", "/gravity/1=-10..-1", "--out",
+                      self.folder / "bad")
+        self.assertEqual((done.returncode, done.stdout), (2, ""))
+        self.assertIn('no "gravity" in the scene, expected that list', done.stderr)
+        self.assertEqual(done.stderr.count("\n"), 1)
         done = pantin("stability", self.scene(FLAP), *["--over", "step=1..2"] * 3)
         self.assertEqual(done.returncode, 2)
 

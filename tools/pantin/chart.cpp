@@ -21,6 +21,8 @@ int chart(const ChartChoices& c) {
              " scenes, expected the one that the file belongs to");
     return kUsage;
   }
+  if (!c.peers.empty())  // before anything is measured
+    if (const auto read = read_peers(c.peers, ""); !read) return complain_of(read.errors(), kUsage);
   if (const auto made = make_folder(c.out); !made) return complain_of(made.errors(), kUnwritable);
   Journal journal;
   if (const auto opened = journal.open(
@@ -37,6 +39,11 @@ int chart(const ChartChoices& c) {
       return kInterrupted;
     }
     if (!scene) return complain_of(scene.errors(), kUsage);
+    if (!c.peers.empty()) {
+      Result<Json> peers = read_peers(c.peers, path);
+      if (!peers) return complain_of(peers.errors(), kUsage);
+      add_peers(*scene, std::move(*peers));
+    }
     if (!c.json) print_chart(*scene);
     all["scenes"].push_back(std::move(*scene));
   }
@@ -53,7 +60,8 @@ int chart(const ChartChoices& c) {
 constexpr const char* kExamples =
     R"(Runs scenes under every solver and integrator that applies, over a ladder of steps, and charts
 what each run costs against its error. The motion of reference is a run that is refined until it
-agrees with itself, or with --against a file, for instance of a closed form. Runs that fail or are
+agrees with itself, or with --against a file, for instance of a closed form; a scene that has one,
+as exact/NAME.csv beside it (tools/exact), is measured against that. Runs that fail or are
 refused are in the chart, too. All files are in the folder of --out: chart.json and chart.csv with
 all numbers, a picture of each scene (.svg, .png) and index.html with all of them, drawn by
 python3 with matplotlib. Interrupted, the same command goes on where it was.
@@ -71,13 +79,17 @@ are those of the first half of the time until then (compared_s). A run follows t
 it is within 1e-2 of the size (follows_s). Cost: CPU time of the steps alone, ns for each dynamic body and simulated
 second; median, least and greatest of the rounds, each of which times all runs.
 
+--peers draws other engines, too, from a file that tools/peers/motion writes for the same scene and
+duration: the same errors at its own times, CPU time of the steps. Rows of other scenes are left out.
+The best choices (front) are then those of all.
+
 --json prints chart.json: the build and machine, and scenes; a scene has scene, title, bodies,
 joints, duration_s, samples, substeps, own_solver, own_step_s, size_m, real_time_ns,
 tenth_of_frame_ns (costs at which it runs in real time, and in a tenth of a frame of 60 Hz),
 reference, refused (method, reason) and runs; a run has method, step_s, tolerance, status, reason,
 ended_at_s, follows_s, position_m, orientation_rad, energy_j, joints_m, depth_m, steps, factorisations,
 iterations, substeps, sweeps, unsolved_steps, rescued_steps, findings, cost_ns, cost_low_ns,
-cost_high_ns, rounds, cost_measured_ns, front (no other run is better in cost and error).
+cost_high_ns, rounds, cost_measured_ns, front (no other run is better in cost and error). With --peers also peers: runs of other engines.
 
 Exit codes: 0 ok, 2 usage or bad input, 4 could not write, 130 interrupted.)";
 
@@ -97,6 +109,11 @@ void add_chart(CommandLine& program) {
       .one_at_a_time();
   command
       .option("--against", c->against, "CSV file with the exact motion, as run --record writes it")
+      .type(kFileType)
+      .ends_in({".csv"});
+  command
+      .option("--peers", c->peers,
+              "CSV file of tools/peers/motion: other engines on the same scenes")
       .type(kFileType)
       .ends_in({".csv"});
   command.option("--coarsest", c->coarsest, "the longest step, s; default: twice that of the scene")

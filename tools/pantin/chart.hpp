@@ -9,7 +9,7 @@ namespace pantin::program {
 
 struct ChartChoices {
   std::vector<std::string> scenes, methods;
-  std::string out = "out/chart", against;
+  std::string out = "out/chart", against, peers;
   std::optional<double> coarsest, duration;  // s
   double time = 60;                          // s, for each scene
   int rungs = 6, repeat = 3;
@@ -23,6 +23,12 @@ Result<Json> chart_scene(const std::string& path, const ChartChoices& choices, J
 /// Marks with "front": true the runs to which no other is superior in both cost and error of
 /// position. Errors below `floor`, m, count as equal.
 void mark_front(Json& runs, double floor);
+
+/// Runs of other engines on a scene, from a file of tools/peers/motion; those of other scenes in it
+/// are left out.
+Result<Json> read_peers(const std::string& path, const std::string& scene);
+/// Adds them to a scene as "peers". The front is then that of all.
+void add_peers(Json& scene, Json peers);
 
 /// The runs of all scenes as CSV.
 std::string chart_csv(const Json& chart);

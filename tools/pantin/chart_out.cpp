@@ -48,7 +48,11 @@ void print_reference(const Json& scene) {
   const Json& r = scene["reference"];
   const double horizon = r["horizon_s"].get<double>();
   if (horizon <= 0) {
-    fmt::print("  no reference: no method agrees with itself; errors are unknown\n");
+    fmt::print("  no reference: {}; errors are unknown\n",
+               r["tried"].empty()
+                   ? "the time was too short for two runs of any method; repeat with "
+                     "a longer --time"
+                   : "no method agrees with itself");
     return;
   }
   const std::string confirmed =
@@ -79,12 +83,13 @@ std::string chart_csv(const Json& chart) {
                           value.is_string() ? value.get<std::string>() : value.dump());
   text += fmt::format("scene,{}\n", fmt::join(kColumns, ","));
   for (const Json& scene : chart["scenes"]) {
-    for (const Json& run : scene["runs"]) {
-      text += quoted(scene["scene"].get<std::string>());
-      for (const char* column : kColumns)
-        text += "," + (run.contains(column) ? cell(run[column]) : "");
-      text += '\n';
-    }
+    for (const char* list : {"runs", "peers"})
+      for (const Json& run : scene.value(list, Json::array())) {
+        text += quoted(scene["scene"].get<std::string>());
+        for (const char* column : kColumns)
+          text += "," + (run.contains(column) ? cell(run[column]) : "");
+        text += '\n';
+      }
     for (const Json& one : scene["refused"]) {
       text += quoted(scene["scene"].get<std::string>());
       for (const std::string_view column : kColumns)
@@ -105,6 +110,10 @@ void print_chart(const Json& scene) {
   std::vector<const Json*> front;
   std::map<std::string, std::vector<std::string>> failed;
   std::size_t unrun = 0;
+  static const Json kNone = Json::array();
+  const Json& peers = scene.contains("peers") ? scene["peers"] : kNone;
+  for (const Json& peer : peers)
+    if (peer["front"].get<bool>()) front.push_back(&peer);
   for (const Json& run : scene["runs"]) {
     if (run["front"].get<bool>()) front.push_back(&run);
     if (run["status"] == "not_run")

@@ -6,15 +6,14 @@
 #include <set>
 
 #include "engine/base/hash.hpp"
-#include "engine/scene/json/text_file.hpp"
 #include "engine/world/lamina.hpp"
 #include "tools/pantin/chart.hpp"
 #include "tools/pantin/findings.hpp"
+#include "tools/pantin/subject.hpp"
 
 namespace pantin::program {
 namespace {
 
-constexpr int kMostSamples = 200;
 constexpr double kReferencePart = 0.35, kRunsPart = 0.7;  // of the time for a scene
 
 /// One point of the chart before it is measured.
@@ -24,8 +23,6 @@ struct Point {
   std::string key;
 };
 
-Json number(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
-
 class SceneChart {
  public:
   SceneChart(const std::string& path, const ChartChoices& c, Journal& journal)
@@ -34,8 +31,6 @@ class SceneChart {
   Result<Json> make();
 
  private:
-  std::vector<Error> load_all();
-  void choose_times();
   Result<Done> find_reference();
   void list_points();
   Result<Done> measure_runs();
@@ -46,113 +41,72 @@ class SceneChart {
   Json as_json();
   Trial trial_of(const Point& point) const;
   double left(double part) const { return begin_ + part * c_.time - wall_seconds(); }
-  std::string key(const std::string& what) const { return key_ + "|" + what; }
+  std::string key(const std::string& what) const { return subject_.key + "|" + what; }
 
-  std::string path_, text_, key_;
+  std::string path_;
   const ChartChoices& c_;
   Journal& journal_;
   double begin_;  // s
   Progress progress_;
-  std::vector<Loaded> loaded_;
-  std::size_t own_ = 0;  // of loaded_: the settings of the file
-  Sampling sampling_;
-  double coarsest_ = 0;  // s
+  Subject subject_;
   Reference reference_;
   std::vector<Point> points_;
 };
 
-std::vector<Error> SceneChart::load_all() {
-  Result<std::string> text = read_text(path_, SceneLimits{}.bytes, "a scene file");
-  if (!text) return text.errors();
-  text_ = std::move(*text);
-  for (const Method& method : all_methods()) loaded_.push_back(load(path_, text_, method));
-  own_ = loaded_.size() - 1;
-  if (!loaded_[own_].scene) return {Error{loaded_[own_].refusal}};
-  return {};
-}
-
-void SceneChart::choose_times() {
-  const Scene& scene = *loaded_[own_].scene;
-  const double duration = c_.duration.value_or(scene.duration);
-  coarsest_ = std::min(c_.coarsest.value_or(2 * scene.step), duration);
-  const double steps = std::max(1.0, std::floor(duration / coarsest_ * (1 + 1e-9)));
-  const double each = std::ceil(steps / kMostSamples);
-  sampling_ = {each * coarsest_, static_cast<int>(std::floor(steps / each * (1 + 1e-9)))};
-  key_ = fmt::format("{}|{}", hex(hash_of(scene, text_)), path_);
-}
-
 Result<Done> SceneChart::find_reference() {
-  const Scene& scene = *loaded_[own_].scene;
   if (!c_.against.empty()) {
-    Result<Reference> read = read_reference(c_.against, scene.world, kMostSamples, sampling_);
+    Result<Reference> read =
+        read_reference(c_.against, subject_.own().world, kMostSamples, subject_.sampling);
     if (!read) return read.errors();
     reference_ = std::move(*read);
+  } else {
+    Result<std::optional<Reference>> exact = exact_motion(subject_);
+    if (!exact) return exact.errors();
+    if (*exact) reference_ = std::move(**exact);
+  }
+  const bool is_given = reference_.track.samples() > 0;
+  if (is_given) {
     Hash hash;
     for (const Pose& p : reference_.track.poses) hash.add(p);
     for (const double energy : reference_.track.energies) hash.add(energy);
-    key_ += "|" + hex(hash.value());
+    subject_.key += "|" + hex(hash.value());
   }
-  key_ += fmt::format("|{}|{}|{}", sampling_.interval, sampling_.count, c_.against);
-  if (!c_.against.empty()) return Done{};
-  const double step = sampling_.interval / std::round(sampling_.interval / coarsest_);
-  Search search{sampling_, std::ldexp(step, -(c_.rungs - 2)), kReferencePart * c_.time};
-  if (const Json* known = journal_.find(key("reference"));
-      known && (*known)["step_s"].get<double>() > 0) {
-    // Only the motion is missing: one run instead of a search.
-    const Json& r = *known;
-    reference_.method = r["method"].get<std::string>(), reference_.step = r["step_s"].get<double>();
-    reference_.own = {r["position_m"].get<double>(), r["orientation_rad"].get<double>(),
-                      r["energy_j"].get<double>()};
-    reference_.compared = r["compared"].get<std::size_t>();
-    reference_.agreed = r["agreed"].get<std::size_t>(), reference_.size = r["size_m"].get<double>();
-    for (const Json& t : r["tried"])
-      reference_.tried.push_back({t["method"].get<std::string>(),
-                                  t["step_s"].get<double>(),
-                                  {t["position_m"].get<double>(), 0, 0},
-                                  t["agreed"].get<std::size_t>()});
-    return Done{};
-  }
-  reference_ = program::find_reference(loaded_, search);
-  if (interrupted()) return Done{};
-  Json r{{"method", reference_.method},
-         {"step_s", reference_.step},
-         {"position_m", reference_.own.position},
-         {"orientation_rad", reference_.own.orientation},
-         {"energy_j", reference_.own.energy},
-         {"agreed", reference_.agreed},
-         {"compared", reference_.compared},
-         {"size_m", reference_.size},
-         {"tried", Json::array()}};
-  for (const Reference::Tried& t : reference_.tried)
-    r["tried"].push_back({{"method", t.method},
-                          {"step_s", t.step},
-                          {"position_m", t.own.position},
-                          {"agreed", t.agreed}});
-  return journal_.add(key("reference"), r);
+  subject_.key +=
+      fmt::format("|{}|{}|{}", subject_.sampling.interval, subject_.sampling.count, c_.against);
+  if (is_given) return Done{};
+  const Search search{
+      subject_.sampling,
+      std::ldexp(subject_.sampling.interval / subject_.coarsest_steps(), -(c_.rungs - 2)),
+      kReferencePart * c_.time};
+  Result<Reference> found = reference_of(subject_, journal_, search);
+  if (!found) return found.errors();
+  reference_ = std::move(*found);
+  return Done{};
 }
 
 void SceneChart::list_points() {
-  const Scene& scene = *loaded_[own_].scene;
+  const Scene& scene = subject_.own();
   const auto* laminas = laminas_of(scene.world);
   const bool is_mixed = scene.world.settings.size() > 0 || (laminas && laminas->size() > 0);
-  const double whole = std::max(1.0, std::round(sampling_.interval / coarsest_));
+  const double whole = subject_.coarsest_steps();
   for (int rung = 0; rung < c_.rungs; ++rung)
-    for (const Loaded& l : loaded_) {
+    for (const Loaded& l : subject_.loaded) {
       const std::string& name = l.method.name;
       const bool is_asked = c_.methods.empty() ? name != "scene" || is_mixed
                                                : std::find(c_.methods.begin(), c_.methods.end(),
                                                            name) != c_.methods.end();
       if (!l.scene || !is_asked) continue;
-      Point point{&l, sampling_.interval / std::ldexp(whole, rung), 0, {}};
+      Point point{&l, subject_.sampling.interval / std::ldexp(whole, rung), 0, {}};
       if (l.method.is_adaptive)
-        point.step = sampling_.interval / whole, point.tolerance = std::pow(10.0, -3 - rung);
+        point.step = subject_.sampling.interval / whole,
+        point.tolerance = std::pow(10.0, -3 - rung);
       point.key = key(fmt::format("{}|{}|{}", name, point.step, point.tolerance));
       points_.push_back(point);
     }
 }
 
 Trial SceneChart::trial_of(const Point& point) const {
-  return {&*point.loaded->scene, point.step, point.tolerance, sampling_, true};
+  return {&*point.loaded->scene, point.step, point.tolerance, subject_.sampling, true};
 }
 
 /// What was measured of a run, as an object.
@@ -165,15 +119,16 @@ Json SceneChart::compared(const Point& point, const Outcome& o) const {
       known ? apart(o.track, reference_.track, std::min(reference_.compared, o.track.samples()))
             : Apart{};
   const double none = std::numeric_limits<double>::quiet_NaN();
-  run["position_m"] = number(known ? error.position : none);
-  run["orientation_rad"] = number(known ? error.orientation : none);
-  run["energy_j"] = number(known ? error.energy : none);
+  run["position_m"] = json_number(known ? error.position : none);
+  run["orientation_rad"] = json_number(known ? error.orientation : none);
+  run["energy_j"] = json_number(known ? error.energy : none);
   const std::size_t follows =
       reference_.holds() ? std::min(reference_.agreed, agreement(o.track, reference_.track,
                                                                  kFollows * reference_.size))
                          : 0;
-  run["follows_s"] = follows > 0 ? static_cast<double>(follows - 1) * sampling_.interval : 0.0;
-  run["joints_m"] = number(o.gap), run["depth_m"] = number(o.depth);
+  run["follows_s"] =
+      follows > 0 ? static_cast<double>(follows - 1) * subject_.sampling.interval : 0.0;
+  run["joints_m"] = json_number(o.gap), run["depth_m"] = json_number(o.depth);
   run["steps"] = o.counts.steps, run["factorisations"] = o.counts.factorisations;
   run["iterations"] = o.counts.iterations, run["substeps"] = o.counts.substeps;
   run["sweeps"] = o.counts.sweeps;
@@ -189,11 +144,7 @@ Result<Done> SceneChart::measure_runs() {
   const bool all_known = std::all_of(points_.begin(), points_.end(), [&](const Point& p) {
     return journal_.find(p.key) != nullptr;
   });
-  if (!all_known && reference_.holds() && reference_.track.samples() == 0) {
-    const auto by = std::ranges::find(loaded_, reference_.method,
-                                      [](const Loaded& l) { return l.method.name; });
-    reference_.track = run_motion({&*by->scene, reference_.step, 0, sampling_}).track;
-  }
+  if (!all_known) rerun(subject_, reference_);
   // The cheapest next run first, so that little time still makes a chart of all methods.
   struct Ladder {
     std::vector<const Point*> left;  // the finest first
@@ -251,7 +202,7 @@ Result<Done> SceneChart::time_runs() {
 }
 
 Json SceneChart::run_of(const Point& point) const {
-  const Scene& scene = *loaded_[own_].scene;
+  const Scene& scene = subject_.own();
   const Json* known = journal_.find(point.key);
   Json run = known
                  ? *known
@@ -264,7 +215,7 @@ Json SceneChart::run_of(const Point& point) const {
   std::size_t bodies = 0;
   for (const Body& b : scene.world.bodies.values()) bodies += b.motion == Motion::dynamic;
   const double per =
-      1e9 / (static_cast<double>(std::max<std::size_t>(1, bodies)) * sampling_.duration());
+      1e9 / (static_cast<double>(std::max<std::size_t>(1, bodies)) * subject_.sampling.duration());
   for (int round = 0; round < c_.repeat; ++round)
     if (const Json* s = journal_.find(fmt::format("{}|round {}", point.key, round)))
       costs.push_back(per * s->get<double>());
@@ -281,7 +232,7 @@ Json SceneChart::run_of(const Point& point) const {
 Json SceneChart::reference_json() const {
   const Reference& r = reference_;
   const auto horizon = [&](std::size_t agreed) {
-    return agreed > 0 ? static_cast<double>(agreed - 1) * sampling_.interval : 0.0;
+    return agreed > 0 ? static_cast<double>(agreed - 1) * subject_.sampling.interval : 0.0;
   };
   Json j{{"method", r.method},
          {"step_s", r.step},
@@ -290,7 +241,7 @@ Json SceneChart::reference_json() const {
          {"energy_j", r.own.energy},
          {"horizon_s", horizon(r.agreed)},
          {"compared_s", horizon(r.compared)},
-         {"whole", r.agreed == static_cast<std::size_t>(sampling_.count) + 1}};
+         {"whole", r.agreed == static_cast<std::size_t>(subject_.sampling.count) + 1}};
   j["tried"] = Json::array();
   for (const Reference::Tried& t : r.tried)
     j["tried"].push_back({{"method", t.method},
@@ -301,7 +252,7 @@ Json SceneChart::reference_json() const {
 }
 
 Json SceneChart::as_json() {
-  const Scene& scene = *loaded_[own_].scene;
+  const Scene& scene = subject_.own();
   std::size_t bodies = 0;
   for (const Body& b : scene.world.bodies.values()) bodies += b.motion == Motion::dynamic;
   const double per_body = 1e9 / static_cast<double>(std::max<std::size_t>(1, bodies));
@@ -309,8 +260,8 @@ Json SceneChart::as_json() {
          {"title", scene.title},
          {"bodies", bodies},
          {"joints", scene.world.links.size()},
-         {"duration_s", sampling_.duration()},
-         {"samples", sampling_.count},
+         {"duration_s", subject_.sampling.duration()},
+         {"samples", subject_.sampling.count},
          {"substeps", scene.substeps},
          {"own_solver", describe_solvers(scene.world)},
          {"own_step_s", scene.step},
@@ -319,7 +270,7 @@ Json SceneChart::as_json() {
          {"tenth_of_frame_ns", 0.1 * per_body}};
   j["reference"] = reference_json();
   j["refused"] = Json::array();
-  for (const Loaded& l : loaded_)
+  for (const Loaded& l : subject_.loaded)
     if (!l.scene) j["refused"].push_back({{"method", l.method.name}, {"reason", l.refusal}});
   Json runs = Json::array();
   for (const Point& point : points_) runs.push_back(run_of(point));
@@ -332,14 +283,15 @@ Json SceneChart::as_json() {
         run["position_m"].get<double>() < nearest)
       nearest = run["position_m"].get<double>(), by = run["method"].get<std::string>();
   j["reference"]["confirmed_by"] = by;
-  j["reference"]["confirmed_m"] = number(nearest);
+  j["reference"]["confirmed_m"] = json_number(nearest);
   j["runs"] = std::move(runs);
   return j;
 }
 
 Result<Json> SceneChart::make() {
-  if (auto faults = load_all(); !faults.empty()) return faults;
-  choose_times();
+  Result<Subject> subject = read_subject(path_, {c_.duration, c_.coarsest});
+  if (!subject) return subject.errors();
+  subject_ = std::move(*subject);
   progress_.show(0);
   if (auto done = find_reference(); !done) return done.errors();
   list_points();

@@ -3,7 +3,9 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <pantin/measure.hpp>
 
 #include "engine/base/utf8.hpp"
 
@@ -47,6 +49,19 @@ std::size_t unchecked_bodies(const Simulation& sim) {
       std::count_if(world.bodies.owners().begin(), world.bodies.owners().end(), [&](Entity e) {
         return world.bodies[e].motion == Motion::dynamic && !sim.is_energy_checked(e);
       }));
+}
+
+Json sensors_json(const Scene& scene, const World& world) {
+  Json j = Json::object();
+  const auto written = [](Real x) { return std::isfinite(x) ? Json(x) : Json(); };
+  for (Sensor sensor : scene.sensors) {
+    const Vec3 value = read_sensor(world, sensor);
+    if (components_of(sensor.kind) == 1)
+      j[sensor.name] = written(value.x);
+    else
+      j[sensor.name] = {written(value.x), written(value.y), written(value.z)};
+  }
+  return j;
 }
 
 }  // namespace pantin::program

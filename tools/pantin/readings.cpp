@@ -17,37 +17,54 @@ constexpr const char* kAxes = "xyz";
 
 /// Adds the three components of a vector, as PREFIXx to PREFIXz.
 template <typename Vector>
-void add_vector(std::vector<Reading>& to, const std::string& prefix, Vector vector) {
+void add_vector(std::vector<Reading>& to, const std::string& prefix, const char* unit,
+                Vector vector) {
   for (int k = 0; k < 3; ++k)
-    to.push_back({prefix + kAxes[k], [vector, k](const World& w) { return vector(w)[k]; }});
+    to.push_back({prefix + kAxes[k], unit, [vector, k](const World& w) { return vector(w)[k]; }});
 }
 
+/// A coordinate of a joint, or its rate.
+struct CoordinateColumn {
+  const char *name, *unit;
+  Real (*of)(const World&, Entity);
+};
+constexpr CoordinateColumn kCoordinates[] = {{"angle", "rad", joint_angle},
+                                             {"second_angle", "rad", joint_second_angle},
+                                             {"angular_speed", "rad/s", joint_angular_speed},
+                                             {"travel", "m", joint_travel},
+                                             {"speed", "m/s", joint_speed}};
+
 void add_joint(std::vector<Reading>& to, const World& world, Entity joint) {
-  using Coordinate = Real (*)(const World&, Entity);
   const std::string name = world.name_of(joint);
-  const std::pair<const char*, Coordinate> coordinates[] = {{"angle", joint_angle},
-                                                            {"second_angle", joint_second_angle},
-                                                            {"angular_speed", joint_angular_speed},
-                                                            {"travel", joint_travel},
-                                                            {"speed", joint_speed}};
-  for (const auto& [what, coordinate] : coordinates)
-    if (!std::isnan(coordinate(world, joint)))  // the joint has it
-      to.push_back({name + '.' + what,
-                    [joint, read = coordinate](const World& w) { return read(w, joint); }});
-  add_vector(to, name + ".reaction_f", [joint](const World& w) {
+  for (const CoordinateColumn& column : kCoordinates)
+    if (!std::isnan(column.of(world, joint)))  // the joint has it
+      to.push_back({name + '.' + column.name, column.unit,
+                    [joint, read = column.of](const World& w) { return read(w, joint); }});
+  const bool is_torque = !std::isnan(motor_force(world, joint, JointCoordinate::angle));
+  if (!std::isnan(motor_force(world, joint)))
+    to.push_back({name + ".motor", is_torque ? "N m" : "N",
+                  [joint](const World& w) { return motor_force(w, joint); }});
+  add_vector(to, name + ".reaction_f", "N", [joint](const World& w) {
     const auto reaction = joint_reaction(w, joint);
     return reaction ? reaction->force : Vec3(kNoNumber);
   });
-  add_vector(to, name + ".reaction_t", [joint](const World& w) {
+  add_vector(to, name + ".reaction_t", "N m", [joint](const World& w) {
     const auto reaction = joint_reaction(w, joint);
     return reaction ? reaction->torque : Vec3(kNoNumber);
   });
 }
 
+void add_motion(std::vector<Reading>& to, const std::string& name, Entity body) {
+  for (std::size_t i = 0; i < std::size(kBodyColumns); ++i)
+    if (*kBodyColumns[i].unit)  // not the quaternion
+      to.push_back({name + '.' + kBodyColumns[i].name, kBodyColumns[i].unit,
+                    [body, i](const World& w) { return columns_of_body(w, body)[i]; }});
+}
+
 void add_contacts(std::vector<Reading>& to, const std::string& name, Entity body,
                   const std::pair<const ContactEvents&, Real>& seen) {
   const auto& [events, step] = seen;
-  add_vector(to, name + ".contact_f", [body, &events = events, step = step](const World&) {
+  add_vector(to, name + ".contact_f", "N", [body, &events = events, step = step](const World&) {
     Vec3 impulse{0};
     for (const ContactEvent& e : events.events()) {
       if (e.phase == ContactPhase::end || e.is_sensor) continue;
@@ -56,7 +73,7 @@ void add_contacts(std::vector<Reading>& to, const std::string& name, Entity body
     }
     return impulse / step;
   });
-  to.push_back({name + ".contacts", [body, &events = events](const World&) {
+  to.push_back({name + ".contacts", "", [body, &events = events](const World&) {
                   Real count = 0;
                   for (const ContactEvent& e : events.events())
                     count += e.phase != ContactPhase::end &&
@@ -65,19 +82,63 @@ void add_contacts(std::vector<Reading>& to, const std::string& name, Entity body
                 }});
 }
 
+/// Joints, cables and pins.
+void add_connection(std::vector<Reading>& to, const World& world, Entity e) {
+  const std::string name = world.name_of(e);
+  if (world.links.find(e)) add_joint(to, world, e);
+  if (world.cables.find(e))
+    to.push_back({name + ".tension", "N", [e](const World& w) { return cable_tension(w, e); }});
+  if (world.pins.find(e))
+    add_vector(to, name + ".pin_f", "N",
+               [e](const World& w) { return pin_force(w, e).value_or(Vec3(kNoNumber)); });
+}
+
 }  // namespace
+
+std::array<Real, std::size(kBodyColumns)> columns_of_body(const World& world, Entity body) {
+  std::array<Real, std::size(kBodyColumns)> all;
+  all.fill(kNoNumber);
+  const Body* b = world.bodies.find(body);
+  if (!b) return all;
+  const Pose at = world.origin_pose(body);
+  const Vec3 p = at.position, v = b->velocity, w = b->angular_velocity;
+  const Quat q = at.rotation;
+  return {p.x, p.y, p.z, q.x, q.y, q.z, q.w, v.x, v.y, v.z, w.x, w.y, w.z};
+}
 
 std::vector<Reading> readings_of(const World& world, const ContactEvents& events, Real step) {
   std::vector<Reading> all;
-  for (const Entity e : world.links.owners()) add_joint(all, world, e);
-  for (const Entity e : world.cables.owners())
-    all.push_back(
-        {world.name_of(e) + ".tension", [e](const World& w) { return cable_tension(w, e); }});
-  for (const Entity e : world.pins.owners())
-    add_vector(all, world.name_of(e) + ".pin_f",
-               [e](const World& w) { return pin_force(w, e).value_or(Vec3(kNoNumber)); });
+  for (const Entity e : world.links.owners()) add_connection(all, world, e);
+  for (const Entity e : world.cables.owners()) add_connection(all, world, e);
+  for (const Entity e : world.pins.owners()) add_connection(all, world, e);
   for (const Entity e : world.bodies.owners())
     if (world.collisions.find(e)) add_contacts(all, world.name_of(e), e, {events, step});
+  return all;
+}
+
+std::vector<Reading> readings_of(const World& world, Entity object, const ContactEvents& events,
+                                 Real step) {
+  std::vector<Reading> all;
+  add_connection(all, world, object);
+  if (!world.bodies.find(object)) return all;
+  add_motion(all, world.name_of(object), object);
+  if (world.collisions.find(object))
+    add_contacts(all, world.name_of(object), object, {events, step});
+  return all;
+}
+
+std::vector<Reading> readings_of(std::span<const Sensor> sensors) {
+  std::vector<Reading> all;
+  for (const Sensor& sensor : sensors) {
+    if (components_of(sensor.kind) == 1) {
+      all.push_back(
+          {sensor.name, "", [s = sensor](const World& w) mutable { return read_sensor(w, s).x; }});
+      continue;
+    }
+    for (int k = 0; k < 3; ++k)
+      all.push_back({sensor.name + '.' + kAxes[k], "",
+                     [s = sensor, k](const World& w) mutable { return read_sensor(w, s)[k]; }});
+  }
   return all;
 }
 

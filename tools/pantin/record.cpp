@@ -51,8 +51,8 @@ std::vector<std::string> Record::standard_columns(const World& built) {
     for (const char* what : all) names.push_back(prefix + what);
   };
   for (Entity e : bodies_)
-    add(built.name_of(e) + '.',
-        {"x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz", "wx", "wy", "wz"});
+    for (const BodyColumn& column : kBodyColumns)
+      names.push_back(built.name_of(e) + '.' + column.name);
   for (Entity e : links_) add(built.name_of(e) + '.', {"gap_m"});
   add("", {"kinetic_j", "potential_j", "energy_j", "px", "py", "pz", "lx", "ly", "lz"});
   exact_ = !lagrangian::islands_of(built).empty();
@@ -94,6 +94,7 @@ Result<Done> Record::check(const World& world, const RecordChoices& choices) {
   standard_ = names_.size();
   events_.emplace(world);
   readings_ = readings_of(built, *events_, choices.step);
+  for (Reading& r : readings_of(choices.sensors)) readings_.push_back(std::move(r));
   for (const Reading& r : readings_) names_.push_back(r.name);
   if (std::string fault = choose(choices.columns, names_); !fault.empty())
     return Error{std::move(fault)};
@@ -103,30 +104,16 @@ Result<Done> Record::check(const World& world, const RecordChoices& choices) {
 Result<Done> Record::open(const std::string& path) {
   if (auto opened = file_.open(path); !opened) return opened;
   std::string row;
+  is_npz_ = path.ends_with(".npz"), arrays_.clear();
   const auto add = [&](const std::string& name) {
     if (!row.empty()) row += ',';
     row += field(name);
+    arrays_.push_back({name, {}});
   };
   if (chosen_.empty())
     for (const std::string& name : names_) add(name);
   for (const std::size_t i : chosen_) add(names_[i]);
-  return file_.write(row + '\n');
-}
-
-void Record::add_bodies(std::vector<Real>& row, const World& world) const {
-  for (const Entity e : bodies_) {
-    const Body* b = world.bodies.find(e);
-    if (!b) {
-      leave_empty(row, 13);
-      continue;
-    }
-    const Pose at = world.origin_pose(e);
-    add_vec(row, at.position);
-    add_vec(row, Vec3(at.rotation.x, at.rotation.y, at.rotation.z));
-    row.push_back(at.rotation.w);
-    add_vec(row, b->velocity);
-    add_vec(row, b->angular_velocity);
-  }
+  return is_npz_ ? Done{} : file_.write(row + '\n');
 }
 
 void Record::add_gaps(std::vector<Real>& row, const World& world) const {
@@ -167,14 +154,19 @@ void Record::add_islands(std::vector<Real>& row, const World& world, const Measu
 
 Result<Done> Record::add(const World& world, const Measures& m) {
   std::vector<Real> cells = {world.time};
-  add_bodies(cells, world);
+  for (const Entity e : bodies_) {
+    const auto body = columns_of_body(world, e);
+    cells.insert(cells.end(), body.begin(), body.end());
+  }
   add_gaps(cells, world);
   cells.insert(cells.end(), {m.kinetic, m.potential, m.energy()});
   add_vec(cells, m.momentum);
   add_vec(cells, m.angular_momentum);
   if (exact_) add_islands(cells, world, m);
   std::string row;
+  std::size_t array = 0;
   const auto write = [&](std::size_t column, Real x) {
+    if (is_npz_) return arrays_[array++].values.push_back(x);
     if (column > 0) row += ',';
     if (std::isnan(x)) return;
     if (digits_ > 0)
@@ -187,9 +179,13 @@ Result<Done> Record::add(const World& world, const Measures& m) {
   for (const std::size_t i : chosen_)
     write(i, i < standard_ ? cells[i] : readings_[i - standard_].value(world));
   row += '\n';
-  return file_.write(row);
+  return is_npz_ ? Done{} : file_.write(row);
 }
 
-Result<Done> Record::close() { return file_.commit(); }
+Result<Done> Record::close() {
+  if (is_npz_)
+    if (auto written = write_npz(arrays_, file_); !written) return written;
+  return file_.commit();
+}
 
 }  // namespace pantin::program

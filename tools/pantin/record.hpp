@@ -7,6 +7,7 @@
 #include "engine/base/atomic_file.hpp"
 #include "engine/world/report.hpp"
 #include "engine/world/world.hpp"
+#include "tools/pantin/npz.hpp"
 #include "tools/pantin/readings.hpp"
 
 namespace pantin::program {
@@ -18,6 +19,7 @@ struct RecordChoices {
   std::vector<std::string> columns;  // patterns of names, with * and ?; empty: the standard ones
   int digits = 0;                    // significant; 0: as many as needed to read back the same bits
   double step = 0;                   // s
+  std::vector<Sensor> sensors;       // of the scene
 };
 
 /// Writes `path`. Columns: time_s; for each body its origin's position x y z (m), rotation x y z w,
@@ -27,8 +29,9 @@ struct RecordChoices {
 /// torque (N m, about the mass centre) on body b, world axes; elastic energy (J), constraint rows
 /// and their rank. Objects that an event removes have empty cells from then on; objects added after
 /// the start have no columns. With patterns, only the columns that match one and time_s, in this
-/// order, followed by the readings of joints, cables, pins and contacts (`readings_of`). The file
-/// is written beside `path` and renamed when it is closed.
+/// order, followed by the readings of joints, cables, pins, contacts and sensors (`readings_of`). A
+/// path in .npz gets an array for each column instead, NaN where there is no value. The file is
+/// written beside `path` and renamed when it is closed.
 class Record {
  public:
   /// Finds the columns; an error if a pattern matches none.
@@ -45,7 +48,6 @@ class Record {
   std::vector<std::string> standard_columns(const World& built);
   std::string choose(const std::vector<std::string>& patterns,
                      const std::vector<std::string>& names);
-  void add_bodies(std::vector<Real>& row, const World& world) const;
   void add_gaps(std::vector<Real>& row, const World& world) const;
   void add_islands(std::vector<Real>& row, const World& world, const Measures& m) const;
 
@@ -58,7 +60,9 @@ class Record {
   std::vector<Reading> readings_;        // refer to the events
   std::optional<ContactEvents> events_;  // where readings are recorded
   int digits_ = 0;
-  bool exact_ = false;  // the islands of the Lagrangian solver are recorded
+  bool is_npz_ = false;
+  std::vector<NpzArray> arrays_;  // of a .npz file, until it is closed
+  bool exact_ = false;            // the islands of the Lagrangian solver are recorded
 };
 
 }  // namespace pantin::program

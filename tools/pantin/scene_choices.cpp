@@ -68,6 +68,12 @@ void add_scene_choices(const Subcommand& command, SceneChoices& choices) {
               "way, with fewer substeps; the result depends on the machine")
       .between(0.0, 1e6);
   command.option("--duration", choices.duration, "simulated seconds").between(1e-6, 1e6);
+  command
+      .option(
+          "--seed", choices.seed,
+          "of all that is random in the scene: gusts of wind; each has one of its own from here "
+          "on")
+      .within(0, 2147483647);
   command.option("--set", choices.set,
                  "POINTER=VALUE: a value of the file, as in --set bodies/ball/mass=2; may be given "
                  "several times");

@@ -50,16 +50,22 @@ std::string escaped(const std::string& text) {
   return all;
 }
 
+/// Whether a part of a pointer is the place of an element in a list.
+bool is_place(const std::string& part) {
+  return !part.empty() && part.find_first_not_of("0123456789") == std::string::npos;
+}
+
+/// The first parts of a pointer.
+std::string words_of(const std::vector<std::string>& parts, std::size_t count) {
+  std::string words;
+  for (std::size_t k = 0; k < count; ++k) words += "/" + parts[k];
+  return printable(words);
+}
+
 }  // namespace
 
-namespace {
-
-/// What a value may take the place of.
-enum class Replaces : std::uint8_t { numbers, anything };
-
-/// The text of a scene with a value at a pointer.
-Result<std::string> with_text(std::string_view text, std::string_view pointer,
-                              std::string_view words, Replaces what) {
+Result<std::string> with_value(std::string_view text, std::string_view pointer,
+                               std::string_view words, Replaced what) {
   if (pointer.empty() || pointer.front() != '/')
     return Error{fmt::format("found \"{}\", expected a JSON pointer such as /bodies/0/mass",
                              printable(pointer))};
@@ -76,6 +82,12 @@ Result<std::string> with_text(std::string_view text, std::string_view pointer,
     if (kind == JsonKind::array) next = element(json, at, parts[i]);
     if (kind == JsonKind::object) next = json.member(at, parts[i]);
     if (next == kNoNode && kind == JsonKind::object) {
+      for (std::size_t k = i + 1; k < parts.size(); ++k)
+        if (is_place(parts[k]))
+          return Error{fmt::format(
+              "found no \"{}\" in {}, expected that list: a number of one that the file leaves out "
+              "cannot be set",
+              printable(parts[k - 1]), k - 1 == 0 ? "the scene" : words_of(parts, k - 1))};
       std::string value = fmt::format("\"{}\": {}", escaped(parts.back()), words);
       for (std::size_t k = parts.size() - 1; k-- > i;)
         value = fmt::format("\"{}\": {{{}}}", escaped(parts[k]), value);
@@ -90,17 +102,15 @@ Result<std::string> with_text(std::string_view text, std::string_view pointer,
           kind == JsonKind::array ? "a place or a name in that list" : "an object or a list")};
     at = next;
   }
-  if (what == Replaces::numbers && json[at].kind != JsonKind::number)
+  if (what == Replaced::numbers_only && json[at].kind != JsonKind::number)
     return Error{fmt::format("found no number at {}, expected one", printable(pointer))};
   std::string whole(text);
   whole.replace(json[at].offset, end_of_member(json, at) - json[at].offset, words);
   return whole;
 }
 
-}  // namespace
-
 Result<std::string> with_number(std::string_view text, std::string_view pointer, double number) {
-  return with_text(text, pointer, number_text(number), Replaces::numbers);
+  return with_value(text, pointer, number_text(number), Replaced::numbers_only);
 }
 
 Result<std::string> with_setting(std::string_view text, std::string_view setting) {
@@ -115,7 +125,7 @@ Result<std::string> with_setting(std::string_view text, std::string_view setting
   if (const JsonDocument json = parse_json(value, limits);
       json.nodes.empty() || !json.faults.empty())
     value = fmt::format("\"{}\"", escaped(value));  // a word
-  Result<std::string> set = with_text(text, pointer, value, Replaces::anything);
+  Result<std::string> set = with_value(text, pointer, value);
   if (set) return set;
   return Error{"--set: " + set.errors().front().message};
 }

@@ -18,6 +18,9 @@ constexpr double kJitterPart = 0.25;   // of the steps that reverse the velocity
 constexpr double kWatched = 0.25;      // of the run, at its end, for jitter
 constexpr double kFewest = 16;         // steps in that time: fewer tell nothing
 constexpr double kStill = 0.01;        // of the motion's size: what stays within is at rest
+// Of the run, or s, in which dynamics moves laminas because the quasi-static problem has no
+// solution.
+constexpr double kUndeterminedPart = 0.05, kUndetermined = 0.25;
 
 std::optional<Symptom> symptom_of(FindingKind kind) {
   switch (kind) {
@@ -117,7 +120,11 @@ Verdict judge(const Case& run) {
   // Slower than real time by far: the rest would tell nothing else.
   trial.stop = [&](double seconds) { return seconds > 2 * run.duration + 0.1; };
   Jitter jitter((1 - kWatched) * run.duration, verdict.measured);
-  trial.look = [&](const World& world, const StepReport&) { jitter.look(world); };
+  double undetermined = 0;  // s
+  trial.look = [&](const World& world, const StepReport& report) {
+    jitter.look(world);
+    if (report.handed_over > 0) undetermined += run.step;
+  };
   const Outcome o = run_motion(trial);
   std::array<bool, kWords.size()> has{};
   const auto note = [&](Symptom s) { has[static_cast<std::size_t>(s)] = true; };
@@ -130,6 +137,8 @@ Verdict judge(const Case& run) {
     note(Symptom::no_convergence);
   else if (!o.is_ok() && o.status != "stopped")
     note(Symptom::blows_up);
+  if (undetermined > std::min(kUndetermined, kUndeterminedPart * run.duration))
+    note(Symptom::no_convergence);
   if (jitter.found(size_of(o.track))) note(Symptom::jitters);
   if (o.seconds > run.duration) note(Symptom::stalls);
   for (std::size_t s = 0; s < has.size(); ++s)
@@ -138,7 +147,7 @@ Verdict judge(const Case& run) {
   Json& m = verdict.measured;
   m["status"] = o.status, m["reason"] = o.reason, m["ended_at_s"] = o.ended_at;
   m["findings"] = found, m["joints_rel"] = o.gap_rel, m["depth_m"] = o.depth;
-  m["cpu_s"] = o.seconds;
+  m["cpu_s"] = o.seconds, m["undetermined_s"] = undetermined;
   return verdict;
 }
 

@@ -4,11 +4,18 @@
 //   pantin-step write IN.json OUT
 //
 // Exit codes: 0 ok, 2 bad input, 4 could not write.
+#include <BRepBuilderAPI_MakeEdge.hxx>
 #include <BRepBuilderAPI_MakeFace.hxx>
+#include <BRepBuilderAPI_MakeWire.hxx>
 #include <BRepBuilderAPI_Sewing.hxx>
+#include <BRepLib.hxx>
 #include <BRepTools.hxx>
+#include <BRepTools_WireExplorer.hxx>
 #include <BRep_Tool.hxx>
+#include <Geom2dConvert.hxx>
+#include <Geom2d_BSplineCurve.hxx>
 #include <Geom2d_Curve.hxx>
+#include <Geom2d_TrimmedCurve.hxx>
 #include <GeomAbs_SurfaceType.hxx>
 #include <GeomAdaptor_Surface.hxx>
 #include <GeomConvert.hxx>
@@ -25,22 +32,27 @@
 #include <Message_PrinterOStream.hxx>
 #include <STEPControl_Reader.hxx>
 #include <STEPControl_Writer.hxx>
+#include <ShapeFix_Face.hxx>
 #include <Standard_Failure.hxx>
 #include <TColStd_SequenceOfAsciiString.hxx>
 #include <TopExp_Explorer.hxx>
 #include <TopoDS.hxx>
 #include <TopoDS_Face.hxx>
+#include <TopoDS_Wire.hxx>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/base/utf8.hpp"
 #include "engine/geometry/surface.hpp"
+#include "engine/nurbs/closest.hpp"
 #include "engine/nurbs/makers.hpp"
+#include "engine/nurbs/plane_curves.hpp"
 #include "engine/scene/read/surface_file.hpp"
 
 namespace {
@@ -53,7 +65,7 @@ constexpr Real kTolerance = 1e-6;   // m, of edges that join
 constexpr Real kOnBound = 1e-6;     // of the domain: pcurves that run along its sides
 
 struct Told {
-  int faces = 0, trimmed = 0, approximated = 0, refused = 0;
+  int faces = 0, trimmed = 0, whole = 0, approximated = 0, refused = 0;
   std::string unit = "?";
 };
 
@@ -72,7 +84,7 @@ bool is_step(const std::string& path) {
   return ending_of(path) == ".step" || ending_of(path) == ".stp";
 }
 
-/// Whether all edges of a face run along the sides of its parameters.
+/// Whether some edge of a face does not run along the sides of its parameters.
 bool is_trimmed(const TopoDS_Face& face, const std::array<Real, 4>& b) {
   const Real wide_u = b[1] - b[0], wide_v = b[3] - b[2];
   for (TopExp_Explorer e(face, TopAbs_EDGE); e.More(); e.Next()) {
@@ -136,6 +148,121 @@ void close(nurbs::Surface& s) {
   }
 }
 
+// ---- Trims -------------------------------------------------------------------------------------
+
+nurbs::Curve plane_curve(const Handle(Geom2d_BSplineCurve) & spline) {
+  nurbs::Curve c;
+  c.knots.degree = spline->Degree();
+  c.knots.values = knots_of(spline->KnotSequence());
+  for (int i = 1; i <= spline->NbPoles(); ++i)
+    c.points.emplace_back(Vec3(spline->Pole(i).X(), spline->Pole(i).Y(), 0), spline->Weight(i));
+  return c;
+}
+
+/// From the parameters of a surface to those of its spline, which run at another speed in between
+/// knots where a conic was converted.
+class Mapping {
+ public:
+  Mapping(const Handle(Geom_Surface) & from, const nurbs::Surface& to) : from_(from), to_(to) {}
+
+  Vec3 mapped(Vec3 at) const {
+    const gp_Pnt p = from_->Value(at.x, at.y);
+    const auto near =
+        nurbs::closest_from(to_, kMillimetre * Vec3(p.X(), p.Y(), p.Z()), {at.x, at.y});
+    return {near.u, near.v, 0};
+  }
+  /// Fractions of the domain between two places.
+  Real apart(Vec3 a, Vec3 b) const {
+    return std::max(std::abs(a.x - b.x) / to_.u().domain().width(),
+                    std::abs(a.y - b.y) / to_.v().domain().width());
+  }
+  Vec3 on(const nurbs::Curve& c, Real share) const {
+    const nurbs::Range t = c.knots.domain();
+    return nurbs::evaluate(c, t.low + share * t.width(), 0)[0];
+  }
+  /// Unchanged where both parameters agree; a line of constant parameter is one again; others are
+  /// interpolated, to kMapped.
+  std::optional<nurbs::Curve> mapped(const nurbs::Curve& c) const {
+    bool is_same = true, is_line = true;
+    const Vec3 begin = on(c, 0), end = on(c, 1);
+    const Real wide = std::abs(begin.x - end.x), high = std::abs(begin.y - end.y);
+    for (int i = 0; i <= kLooks; ++i) {
+      const Vec3 at = on(c, Real(i) / kLooks);
+      is_same = is_same && apart(at, mapped(at)) <= kMapped;
+      is_line = is_line && (apart({at.x, 0, 0}, {begin.x, 0, 0}) <= kMapped ||
+                            apart({0, at.y, 0}, {0, begin.y, 0}) <= kMapped);
+    }
+    if (is_same) return c;
+    if (is_line && (wide == 0 || high == 0 || apart({wide, 0, 0}, {}) <= kMapped ||
+                    apart({0, high, 0}, {}) <= kMapped))
+      return nurbs::line(mapped(begin), mapped(end));
+    for (int count = 33; count <= kMostPoints; count = 2 * count - 1) {
+      std::vector<Vec3> points;
+      for (int i = 0; i < count; ++i) points.push_back(mapped(on(c, Real(i) / (count - 1))));
+      const auto made = nurbs::interpolated(points, 3, nurbs::Ends::open);
+      if (!made) return std::nullopt;
+      Real error = 0;  // from the curve, whose speed differs
+      const nurbs::Wire wire(*made);
+      for (int i = 0; i + 1 < count; ++i) {
+        const Vec3 at = mapped(on(c, (i + 0.5) / (count - 1)));
+        error = std::max(error, apart(nurbs::closest_point(wire, at).point, at));
+      }
+      if (error <= kMapped) return *made;
+    }
+    return std::nullopt;
+  }
+
+ private:
+  static constexpr int kLooks = 16, kMostPoints = 1025;
+  static constexpr Real kMapped = 1e-8;  // of the domain
+
+  Handle(Geom_Surface) from_;
+  nurbs::Face to_;
+};
+
+/// Points on the sides of the domain to a tolerance are on them.
+void snap(nurbs::Curve& c, const nurbs::Surface& s) {
+  const auto onto = [](Real t, const nurbs::Range& r) {
+    const Real near = kOnBound * r.width();
+    return std::abs(t - r.low) <= near ? r.low : std::abs(t - r.high) <= near ? r.high : t;
+  };
+  for (nurbs::Weighted& w : c.points)
+    w = {{onto(w.point().x, s.u.domain()), onto(w.point().y, s.v.domain()), 0}, w.w};
+}
+
+/// The boundary of a face in the parameters of its spline, loop by loop. Nothing if a curve is
+/// missing, or if they do not close.
+std::optional<std::vector<nurbs::Curve>> loops_of(const TopoDS_Face& given,
+                                                  const Handle(Geom_Surface) & surface,
+                                                  const nurbs::Surface& made) {
+  const TopoDS_Face face = TopoDS::Face(given.Oriented(TopAbs_FORWARD));
+  const Mapping to(surface, made);
+  std::vector<nurbs::Curve> loops;
+  for (TopExp_Explorer w(face, TopAbs_WIRE); w.More(); w.Next()) {
+    std::vector<nurbs::Curve> sides;
+    for (BRepTools_WireExplorer e(TopoDS::Wire(w.Current()), face); e.More(); e.Next()) {
+      Standard_Real first = 0, last = 0;
+      const Handle(Geom2d_Curve) curve = BRep_Tool::CurveOnSurface(e.Current(), face, first, last);
+      if (curve.IsNull()) return std::nullopt;
+      const Handle(Geom2d_Curve) part = new Geom2d_TrimmedCurve(curve, first, last);
+      const Handle(Geom2d_BSplineCurve) spline = Geom2dConvert::CurveToBSplineCurve(part);
+      if (spline->IsPeriodic()) spline->SetNotPeriodic();
+      auto side = to.mapped(plane_curve(spline));
+      if (!side) return std::nullopt;
+      snap(*side, made);
+      sides.push_back(e.Orientation() == TopAbs_REVERSED ? nurbs::reversed(*side) : *side);
+    }
+    if (sides.empty()) continue;
+    const auto loop = nurbs::joined(sides);
+    if (!loop) return std::nullopt;
+    loops.push_back(*loop);
+  }
+  nurbs::Surface trimmed = made;
+  trimmed.trims = loops;
+  if (loops.empty() || !nurbs::errors_of(trimmed, "").empty()) return std::nullopt;
+  return loops;
+}
+
 void add_face(const TopoDS_Face& face, std::vector<nurbs::Surface>& faces, Told& told) {
   const Handle(Geom_Surface) surface = BRep_Tool::Surface(face);
   if (surface.IsNull()) {
@@ -144,7 +271,8 @@ void add_face(const TopoDS_Face& face, std::vector<nurbs::Surface>& faces, Told&
   }
   std::array<Real, 4> b{};
   BRepTools::UVBounds(face, b[0], b[1], b[2], b[3]);
-  told.trimmed += is_trimmed(face, b);
+  const bool has_trim = is_trimmed(face, b);
+  told.trimmed += has_trim;
   told.approximated += !is_exact(surface);
   Standard_Real u0, u1, v0, v1;
   surface->Bounds(u0, u1, v0, v1);
@@ -163,6 +291,12 @@ void add_face(const TopoDS_Face& face, std::vector<nurbs::Surface>& faces, Told&
       return;
     }
     close(made);
+    if (has_trim) {
+      if (auto loops = loops_of(face, surface, made))
+        made.trims = std::move(*loops);
+      else
+        ++told.whole;
+    }
     faces.push_back(face.Orientation() == TopAbs_REVERSED ? nurbs::inside_out(made) : made);
   } catch (const Standard_Failure&) {
     ++told.refused;
@@ -209,13 +343,34 @@ int read(const std::string& from, const std::string& to) {
   for (const char c : told.unit)
     if (std::isalnum(static_cast<unsigned char>(c)) || c == '.' || c == ' ') unit += c;
   std::printf(
-      "{\"faces\": %d, \"trimmed\": %d, \"approximated\": %d, \"refused\": %d, "
+      "{\"faces\": %d, \"trimmed\": %d, \"whole\": %d, \"approximated\": %d, \"refused\": %d, "
       "\"unit\": \"%s\"}\n",
-      told.faces, told.trimmed, told.approximated, told.refused, unit.c_str());
+      told.faces, told.trimmed, told.whole, told.approximated, told.refused, unit.c_str());
   return 0;
 }
 
 // ---- Writing -----------------------------------------------------------------------------------
+
+/// Distinct knots and how often each occurs, as OpenCASCADE has them.
+struct DistinctKnots {
+  TColStd_Array1OfReal values;
+  TColStd_Array1OfInteger times;
+};
+DistinctKnots distinct(const nurbs::Knots& k) {
+  std::vector<std::pair<Real, int>> all;
+  for (const Real t : k.values)
+    if (all.empty() || all.back().first != t)
+      all.emplace_back(t, 1);
+    else
+      ++all.back().second;
+  const int count = static_cast<int>(all.size());
+  DistinctKnots made{TColStd_Array1OfReal(1, count), TColStd_Array1OfInteger(1, count)};
+  for (int i = 0; i < count; ++i) {
+    made.values.SetValue(i + 1, all[static_cast<std::size_t>(i)].first);
+    made.times.SetValue(i + 1, all[static_cast<std::size_t>(i)].second);
+  }
+  return made;
+}
 
 Handle(Geom_BSplineSurface) spline_of(const nurbs::Surface& given) {
   nurbs::Surface s = given;
@@ -230,35 +385,60 @@ Handle(Geom_BSplineSurface) spline_of(const nurbs::Surface& given) {
       poles.SetValue(i + 1, j + 1, {p.x, p.y, p.z});
       weights.SetValue(i + 1, j + 1, s.at(i, j).w);
     }
-  const auto distinct = [](const nurbs::Knots& k) {
-    std::vector<std::pair<Real, int>> all;
-    for (const Real t : k.values)
-      if (all.empty() || all.back().first != t)
-        all.emplace_back(t, 1);
-      else
-        ++all.back().second;
-    return all;
-  };
-  const auto us = distinct(s.u), vs = distinct(s.v);
-  const auto arrays = [](const auto& all, TColStd_Array1OfReal& knots,
-                         TColStd_Array1OfInteger& times) {
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      knots.SetValue(static_cast<int>(i) + 1, all[i].first);
-      times.SetValue(static_cast<int>(i) + 1, all[i].second);
+  const DistinctKnots u = distinct(s.u), v = distinct(s.v);
+  return new Geom_BSplineSurface(poles, weights, u.values, v.values, u.times, v.times, s.u.degree,
+                                 s.v.degree);
+}
+
+TopoDS_Wire wire_of(const nurbs::Curve& loop, const Handle(Geom_BSplineSurface) & on) {
+  const nurbs::Curve c = nurbs::part_of(loop, loop.knots.domain());
+  TColgp_Array1OfPnt2d poles(1, c.knots.count());
+  TColStd_Array1OfReal weights(1, c.knots.count());
+  for (int i = 0; i < c.knots.count(); ++i) {
+    const nurbs::Weighted& w = c.points[static_cast<std::size_t>(i)];
+    poles.SetValue(i + 1, {w.point().x, w.point().y}), weights.SetValue(i + 1, w.w);
+  }
+  const DistinctKnots k = distinct(c.knots);
+  const Handle(Geom2d_BSplineCurve) curve =
+      new Geom2d_BSplineCurve(poles, weights, k.values, k.times, c.knots.degree);
+  const TopoDS_Edge edge = BRepBuilderAPI_MakeEdge(curve, on);
+  return BRepBuilderAPI_MakeWire(edge);
+}
+
+/// A face for each outline, with the holes right inside it.
+void sew(const nurbs::Face& face, BRepBuilderAPI_Sewing& sewing) {
+  const nurbs::Surface& s = face.surface();
+  const Handle(Geom_BSplineSurface) spline = spline_of(s);
+  if (s.trims.empty()) return sewing.Add(BRepBuilderAPI_MakeFace(spline, 1e-7).Shape());
+  std::vector<int> depth(s.trims.size(), 0);
+  std::vector<std::vector<bool>> is_in(s.trims.size(), std::vector<bool>(s.trims.size(), false));
+  for (std::size_t k = 0; k < s.trims.size(); ++k) {
+    nurbs::Surface alone = s;
+    alone.trims = {s.trims[k]};
+    const nurbs::Face around(alone);
+    for (std::size_t i = 0; i < s.trims.size(); ++i) {
+      const Vec3 at = nurbs::evaluate(s.trims[i], s.trims[i].knots.low(), 0)[0];
+      is_in[i][k] = i != k && around.holds(at.x, at.y);
+      depth[i] += is_in[i][k];
     }
-  };
-  TColStd_Array1OfReal u(1, static_cast<int>(us.size())), v(1, static_cast<int>(vs.size()));
-  TColStd_Array1OfInteger u_times(1, u.Length()), v_times(1, v.Length());
-  arrays(us, u, u_times), arrays(vs, v, v_times);
-  return new Geom_BSplineSurface(poles, weights, u, v, u_times, v_times, s.u.degree, s.v.degree);
+  }
+  for (std::size_t k = 0; k < s.trims.size(); ++k) {
+    if (depth[k] % 2 == 1) continue;
+    BRepBuilderAPI_MakeFace made(spline, wire_of(s.trims[k], spline), Standard_True);
+    for (std::size_t i = 0; i < s.trims.size(); ++i)
+      if (is_in[i][k] && depth[i] == depth[k] + 1) made.Add(wire_of(s.trims[i], spline));
+    BRepLib::BuildCurves3d(made.Face());
+    ShapeFix_Face fix(made.Face());
+    fix.FixOrientation();
+    sewing.Add(fix.Face());
+  }
 }
 
 int write(const std::string& from, const std::string& to) {
   const auto loaded = load_surface(from);
   if (!loaded) return complain(loaded.errors().front().message, 2);
   BRepBuilderAPI_Sewing sewing(kTolerance / kMillimetre);
-  for (const nurbs::Face& face : loaded->surface->skin->faces())
-    sewing.Add(BRepBuilderAPI_MakeFace(spline_of(face.surface()), 1e-7).Shape());
+  for (const nurbs::Face& face : loaded->surface->skin->faces()) sew(face, sewing);
   sewing.Perform();
   bool is_written = false;
   if (is_step(to)) {

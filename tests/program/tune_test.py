@@ -1,0 +1,221 @@
+"""pantin tune, seen from outside: choices hold when run again, are the cheapest, and are written."""
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PANTIN = os.environ["PANTIN"]
+SCENES = pathlib.Path(os.environ["PANTIN_ASSETS"]) / "scenes"
+ROD = {"name": "rod", "position": [0.5, 0, 0], "mass": 1, "inertia": [0.02, 0.1, 0.1], "drag": 0}
+HINGE = {"name": "pivot", "kind": "hinge", "a": "world", "b": "rod", "anchor": [0, 0, 0],
+         "axis": [0, 0, 1]}
+PENDULUM = {"version": 1, "step": 0.01, "duration": 1.6, "bodies": [ROD], "joints": [HINGE]}
+DOUBLE = {**PENDULUM,
+          "bodies": [ROD, {**ROD, "name": "tip", "position": [1, 0, 0.5],
+                           "inertia": [0.1, 0.1, 0.02]}],
+          "joints": [HINGE, {"kind": "ball", "a": "rod", "b": "tip", "anchor": [1, 0, 0]}]}
+
+
+def pantin(*arguments):
+    return subprocess.run([PANTIN, *map(str, arguments)], stdin=subprocess.DEVNULL,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=240)
+
+
+class Tune(unittest.TestCase):
+    def setUp(self):
+        kept = tempfile.TemporaryDirectory()
+        self.addCleanup(kept.cleanup)
+        self.folder = pathlib.Path(kept.name)
+
+    def scene(self, scene, name="scene.json"):
+        path = self.folder / name
+        path.write_text(scene if isinstance(scene, str) else json.dumps(scene))
+        return path
+
+    def tune(self, path, *options, code=0):
+        done = pantin("tune", path, "--json", "--results", self.folder / "tune", *options)
+        self.assertEqual(done.returncode, code, done.stderr)
+        return json.loads(done.stdout)
+
+    def chart(self, path, *options):
+        done = pantin("chart", path, "--out", self.folder / "chart", "--json", "--afresh", *options)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return json.loads(done.stdout)["scenes"][0]
+
+    def test_the_choice_meets_the_error_when_it_is_run_again(self):
+        path, out = self.scene(DOUBLE), self.folder / "tuned.json"
+        for asked in (1e-2, 1e-4, 1e-7):
+            tuned = self.tune(path, "--error", asked, "--within", 40, "--out", out)
+            choice = tuned["choice"]
+            self.assertTrue(tuned["met"])
+            self.assertLessEqual(choice["error"], asked)
+            written = json.loads(out.read_text())
+            self.assertEqual(written["step"], choice["step_s"])
+            again = self.chart(out, "--methods", "scene", "--coarsest", written["step"], "--rungs",
+                               1, "--repeat", 1, "--time", 40)
+            if choice["tolerance"]:
+                # `chart` varies the steps of the file's own settings, not the tolerance in it.
+                self.assertEqual(written["solver"]["step_tolerance"], choice["tolerance"])
+            (run,) = again["runs"]
+            self.assertEqual(run["status"], "ok")
+            self.assertLessEqual(run["position_m"] / again["size_m"], 1.05 * asked)
+
+    def costs(self, scene, settings):
+        """The least costs of a scene under several settings, measured in turn."""
+        costs = [float("inf")] * len(settings)
+        for _ in range(3):
+            for k, (method, step, tolerance) in enumerate(settings):
+                solver, *integrator = method.split("/")
+                words = {"type": solver}
+                if integrator:
+                    words["integrator"] = integrator[0]
+                if tolerance:
+                    words["step_tolerance"] = tolerance
+                path = self.scene({**scene, "step": step, "solver": words}, f"{k}.json")
+                (run,) = self.chart(path, "--methods", "scene", "--coarsest", step, "--rungs", 1,
+                                    "--repeat", 3, "--time", 3)["runs"]
+                costs[k] = min(costs[k], run["cost_low_ns"])
+        return costs
+
+    def test_it_is_nearly_the_cheapest_of_an_exhaustive_ladder(self):
+        for name, scene, asked in (("one", PENDULUM, 1e-3), ("two", DOUBLE, 1e-5)):
+            with self.subTest(name):
+                path = self.scene(scene)
+                all_runs = self.chart(path, "--coarsest", 0.04, "--rungs", 8, "--time", 60)
+                good = [run for run in all_runs["runs"] if run["status"] == "ok" and
+                        run["position_m"] <= asked * all_runs["size_m"]]
+                self.assertGreater(len(good), 10)
+                choice = self.tune(path, "--error", asked, "--within", 60)["choice"]
+                self.assertLessEqual(choice["error"], asked)
+                cheapest = sorted(good, key=lambda run: run["cost_low_ns"])[:3]
+                own, *others = self.costs(scene, [(run["method"], run["step_s"], run["tolerance"])
+                                                  for run in (choice, *cheapest)])
+                self.assertLessEqual(own, 1.3 * min(others))
+
+    def test_a_shorter_step_that_is_cheaper_is_found(self):
+        # The bricks come to rest later at steps of 33 ms, which meet the error, than at 17 ms.
+        told = self.tune(SCENES / "stack_askew.json", "--error", 1e-2, "--within", 60, "--methods", "planar")
+        (planar,) = told["methods"]
+        good = [run for run in planar["runs"] if run["error"] is not None and run["error"] <= 1e-2]
+        self.assertEqual(told["choice"]["cost_us"], min(run["cost_us"] for run in good))
+        self.assertLess(told["choice"]["step_s"], max(run["step_s"] for run in good))
+
+    def test_a_planar_scene_chooses_planar(self):
+        tuned = self.tune(SCENES / "slider_crank.json", "--error", 1e-2, "--within", 60)
+        self.assertEqual(tuned["choice"]["method"], "planar")
+        verdicts = {m["method"]: m["verdict"] for m in tuned["methods"]}
+        self.assertEqual(verdicts["planar"], "chosen")
+        self.assertNotIn("chosen", [v for m, v in verdicts.items() if m != "planar"])
+        for method in tuned["methods"]:
+            self.assertTrue(method["why"])
+
+    def test_a_scene_with_an_error_runs_as_the_cheapest_model(self):
+        """Every shipped scene of the plane, and one of space: to the bits of that model."""
+        flat = [p for p in sorted(SCENES.glob("*.json")) if '"type": "planar"' in p.read_text()]
+        self.assertGreater(len(flat), 7)
+        for path in [*flat, SCENES / "slider_crank.json", SCENES / "marionette.json"]:
+            with self.subTest(path.stem):
+                runs = []
+                model = "auto" if path.stem == "marionette" else "planar"
+                for key in ('"error": 0.01, "solver": {"type": "auto"}',
+                            f'"solver": {{"type": "{model}"}}'):
+                    text = re.sub(r'"solver": \{[^}]*\}', "", path.read_text())
+                    text = re.sub(r',\s*,', ",", text).replace("{", "{" + key + ",", 1)
+                    # Beside the scene, for the files that it names.
+                    folder = self.folder / "scenes"
+                    if not folder.exists():
+                        shutil.copytree(SCENES.parent, self.folder / "assets")
+                        folder.symlink_to(self.folder / "assets/scenes")
+                    (folder / "now.json5").write_text(text)
+                    done = pantin("run", folder / "now.json5", "--duration", 0.1, "--json")
+                    self.assertEqual(done.returncode, 0, done.stderr)
+                    runs.append(json.loads(done.stdout))
+                self.assertEqual(runs[0]["solver"], model)
+                self.assertEqual(runs[0]["solvers"], runs[1]["solvers"])
+                self.assertEqual(runs[0]["hash"], runs[1]["hash"])
+
+    def test_more_time_is_more_accurate_and_time_is_kept(self):
+        path = self.scene(DOUBLE)
+        cheap = self.tune(path, "--error", 1e-2, "--within", 40)["choice"]
+        errors = []
+        for factor in (1.5, 20):
+            time_us = factor * cheap["cost_us"]
+            tuned = self.tune(path, "--time", time_us, "--within", 40)
+            self.assertLessEqual(tuned["choice"]["cost_us"], time_us)
+            errors.append(tuned["choice"]["error"])
+        self.assertLess(errors[1], 0.1 * errors[0])
+        none = self.tune(path, "--time", 0.001, "--within", 40, code=3)
+        self.assertFalse(none["met"])
+
+    def test_what_cannot_be_met_ends_with_3_and_the_best(self):
+        out = self.folder / "tuned.json"
+        tuned = self.tune(self.scene(PENDULUM), "--error", 1e-10, "--methods",
+                          "auto,lagrangian/euler", "--within", 20, "--out", out, code=3)
+        self.assertFalse(tuned["met"])
+        runs = [r for m in tuned["methods"] for r in m["runs"] if r["status"] == "ok"]
+        self.assertEqual(tuned["choice"]["error"], min(r["error"] for r in runs))
+        self.assertFalse(out.exists())
+        told = pantin("tune", self.scene(PENDULUM), "--error", 1e-10, "--methods", "auto",
+                      "--results", self.folder / "tune", "--within", 20)
+        self.assertEqual(told.returncode, 3)
+        self.assertRegex(told.stderr, r"^pantin: .*no setting meets an error of 1e-10.*\n$")
+        self.assertIn("best", told.stdout)
+
+    def test_the_rest_of_the_file_stays(self):
+        text = ('{ // a pendulum\n  "version": 1, "duration": 1,\n  "solver": {"type": "auto", "sweeps": 7},'
+                f'\n  "step": 0.01, /* here */\n  "bodies": [{json.dumps(ROD)}],\n  "joints": '
+                f'[{json.dumps(HINGE)}]\n}}\n')
+        path, out = self.scene(text, "scene.json5"), self.folder / "tuned.json5"
+        tuned = self.tune(path, "--error", 1e-2, "--methods", "lagrangian/rk4", "--within", 20,
+                          "--out", out)
+        step = tuned["choice"]["step_s"]
+        written = out.read_text()
+        self.assertIn(f'/* here */', written)
+        self.assertTrue(written.startswith("{ // a pendulum\n"))
+        self.assertIn('"lagrangian"', written)
+        self.assertIn('"integrator": "rk4"', written)
+        self.assertTrue(written.endswith(text[text.index(", /* here */"):]))
+        self.assertAlmostEqual(float(written.split('"step": ')[1].split(",")[0]), step, delta=0)
+        self.assertEqual(pantin("check", out).returncode, 0)
+        # A body with settings of its own would not follow the scene's.
+        own = {**PENDULUM, "bodies": [{**ROD, "solver": {"type": "lagrangian"}}]}
+        done = pantin("tune", self.scene(own), "--error", 0.1, "--methods", "auto", "--within", 20,
+                      "--results", self.folder / "tune", "--out", self.folder / "none.json")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("solver settings of single bodies", done.stderr)
+        self.assertFalse((self.folder / "none.json").exists())
+
+    def test_results_are_used_again(self):
+        words = [self.scene(PENDULUM), "--error", 1e-3, "--within", 20]
+        first = self.tune(*words)
+        kept = (self.folder / "tune/runs.jsonl").read_text()
+        second = self.tune(*words)
+        self.assertEqual((self.folder / "tune/runs.jsonl").read_text(), kept)
+        runs = [[[r["error"] for r in m["runs"]] for m in t["methods"]] for t in (first, second)]
+        self.assertEqual(runs[0], runs[1])
+
+    def test_bad_input(self):
+        path = self.scene(PENDULUM)
+        for words, told in (([path], "neither --error nor --time"),
+                            ([path, "--error", 1, "--time", 1], "expected one of"),
+                            ([path, "--error", 0], "--error"), ([path, "--time", "x"], "--time"),
+                            ([path, "--error", 1, "--methods", "rk5"], "lagrangian/rk4"),
+                            ([self.scene({"version": 2}, "bad.json"), "--error", 1], "bad.json:1:"),
+                            ([self.folder / "none.json", "--error", 1], "none.json")):
+            with self.subTest(told):
+                done = pantin("tune", *words, "--results", self.folder / "bad")
+                self.assertEqual((done.returncode, done.stdout), (2, ""), done.stderr)
+                self.assertIn(told, done.stderr)
+                self.assertEqual(done.stderr.count("\n"), 1)
+
+
+if __name__ == "__main__":
+    result = unittest.main(exit=False, verbosity=0).result
+    failed = len(result.failures) + len(result.errors)
+    print(f"{result.testsRun - failed} passed, {failed} failed")
+    sys.exit(1 if failed else 0)

@@ -1,0 +1,199 @@
+#include "tools/pantin/tune.hpp"
+
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "engine/base/utf8.hpp"
+#include "tools/pantin/command_line.hpp"
+
+namespace pantin::program {
+namespace {
+
+Json attempt_json(const Attempt& a) {
+  return {{"step_s", a.step},
+          {"tolerance", a.tolerance > 0 ? Json(a.tolerance) : Json(nullptr)},
+          {"status", a.status},
+          {"reason", a.reason},
+          {"error", json_number(a.error)},
+          {"cost_us", json_number(1e6 * a.cost)}};
+}
+
+/// The simulated seconds of so many samples.
+double time_of(const Tuning& t, std::size_t samples) {
+  return samples > 0 ? static_cast<double>(samples - 1) * t.subject.sampling.interval : 0.0;
+}
+
+Json as_json(const Tuning& t, const TuneChoices& c) {
+  const Reference& r = t.reference;
+  Json j = build_and_machine();
+  j["scene"] = c.scene, j["title"] = t.subject.own().title;
+  j["duration_s"] = t.subject.sampling.duration();
+  j["error"] = c.error ? Json(*c.error) : Json(nullptr);
+  j["time_us"] = c.time ? Json(*c.time) : Json(nullptr);
+  j["reference"] = {{"method", r.method},
+                    {"step_s", r.step},
+                    {"error", json_number(r.own.position / r.size)},
+                    {"size_m", r.size},
+                    {"compared_s", time_of(t, r.compared)}};
+  j["methods"] = Json::array();
+  for (std::size_t l = 0; l < t.ladders.size(); ++l) {
+    const Why why = why_of(t, c, l);
+    Json method{{"method", t.ladders[l].loaded->method.name},
+                {"verdict", why.verdict},
+                {"why", why.sentence},
+                {"runs", Json::array()}};
+    for (const Attempt& a : t.ladders[l].attempts) method["runs"].push_back(attempt_json(a));
+    j["methods"].push_back(std::move(method));
+  }
+  j["met"] = t.is_met;
+  j["choice"] = nullptr;
+  if (t.choice) {
+    j["choice"] = attempt_json(t.attempt());
+    j["choice"]["method"] = t.method().loaded->method.name;
+  }
+  return j;
+}
+
+void print_tuning(const Tuning& t, const TuneChoices& c) {
+  const double duration = t.subject.sampling.duration();
+  fmt::print("{}\n", bold(fmt::format("{}: {:.3g} s", c.scene, duration)));
+  const Reference& r = t.reference;
+  if (r.holds())
+    fmt::print(
+        "  reference   {}, steps of {:.3g} ms, own error {:.1e} of the size{}\n", r.method,
+        1e3 * r.step, r.own.position / r.size,
+        r.compared == static_cast<std::size_t>(t.subject.sampling.count) + 1
+            ? ""
+            : fmt::format("; errors are those of the first {:.3g} s", time_of(t, r.compared)));
+  for (std::size_t l = 0; l < t.ladders.size(); ++l) {
+    const Why why = why_of(t, c, l);
+    fmt::print("  {:<28} {:<8} {}\n", t.ladders[l].loaded->method.name, why.verdict,
+               printable(why.sentence));
+  }
+  if (!t.choice) return;
+  const Attempt& a = t.attempt();
+  fmt::print(
+      "  {}      {}, {}: error {:.2g} of the size, {:.3g} us for a simulated second ({:.2g} % "
+      "of a core)\n",
+      t.is_met ? "choice" : "best  ", t.method().loaded->method.name, words_of(a), a.error,
+      1e6 * a.cost, 100 * a.cost);
+}
+
+/// What keeps a search from its end, or an empty string.
+std::string fault_of(const Tuning& t, const TuneChoices& c) {
+  if (!t.reference.holds())
+    return t.reference.tried.empty()
+               ? "no reference: the time was too short for two runs of any method; repeat with a "
+                 "longer --within"
+               : "no reference: no method agrees with itself";
+  if (!t.choice) return "no run succeeded within the time";
+  if (t.is_met) return {};
+  return c.error ? fmt::format("no setting meets an error of {:g}; the best one has {:.2g}",
+                               *c.error, t.attempt().error)
+                 : fmt::format("no setting runs within {:g} us; the cheapest one takes {:.3g} us",
+                               *c.time, 1e6 * t.attempt().cost);
+}
+
+int complain_of(const std::vector<Error>& errors, int code) {
+  for (const Error& e : errors) print_error(e.message);
+  return code;
+}
+
+int tune(const TuneChoices& c) {
+  if (c.error.has_value() == c.time.has_value()) {
+    complain(fmt::format("found {}, expected one of --error and --time",
+                         c.error ? "both" : "neither --error nor --time"));
+    return kUsage;
+  }
+  if (const auto made = make_folder(c.results); !made)
+    return complain_of(made.errors(), kUnwritable);
+  Journal journal;
+  if (const auto opened =
+          journal.open(c.results + "/runs.jsonl",
+                       c.afresh ? Journal::Earlier::discarded : Journal::Earlier::kept);
+      !opened)
+    return complain_of(opened.errors(), kUnwritable);
+  const Result<Tuning> t = tune_scene(c, journal);
+  if (interrupted()) {
+    complain("interrupted; the same command goes on from here");
+    return kInterrupted;
+  }
+  if (!t) return complain_of(t.errors(), kUsage);
+  if (c.json)
+    print_json(as_json(*t, c));
+  else
+    print_tuning(*t, c);
+  if (const std::string fault = fault_of(*t, c); !fault.empty()) {
+    complain(c.scene + ": " + fault);
+    return kDiverged;
+  }
+  if (c.out.empty()) return kOk;
+  const Result<std::string> text = with_choice(*t);
+  if (!text) return complain_of(text.errors(), kFailed);
+  return write_or_complain(c.out, *text);
+}
+
+constexpr const char* kExamples =
+    R"(Chooses the cheapest solver, integrator and step (or tolerance) whose error is at most --error,
+or the most accurate one that takes at most --time. Every method that runs the scene is tried: steps
+are halved, tolerances divided by ten, the cheapest run next, until the method meets the error, costs
+more than one that does, gains too little from two halvings, or fails four times; then one setting
+between the last two. The best ones are timed again in turn. A sentence says of each method why it was
+or was not chosen. Results are kept in the folder of --results: the same command goes on.
+
+Examples:
+  pantin tune assets/scenes/planar_four_bar.json --error 1e-2 --within 10 --out out/tuned.json
+  pantin tune assets/scenes/chain10.json --time 20000 --duration 1 --within 10
+  pantin tune assets/scenes/pendulum.json --error 1e-4 --within 10 --json
+
+Error: the greatest distance of any body from the reference at up to 200 equidistant times, plus the
+reference's own error, as a fraction of the size of the motion (the diagonal of the box around all
+positions). The reference is that of `pantin chart`: a run that is refined until it agrees with
+itself; where refinements part, as those of chaotic motions do, errors are those of the first half
+of the time until then. Cost: CPU time of the steps alone, microseconds for a simulated second; 1e6
+is one core in real time; the least of five rounds where costs are close.
+
+--out writes the scene with the keys "solver" and "step" of the choice; the rest of the file stays as
+it is. The file is written only if it moves exactly as what was measured.
+
+--json prints the build and machine, scene, title, duration_s, error, time_us, reference (method,
+step_s, error, size_m, compared_s), methods (method, verdict: chosen, best, dearer, misses, fails,
+refused or not_run, why, runs), met and choice (method and those of a run); a run has step_s,
+tolerance, status, reason, error, cost_us.
+
+Exit codes: 0 ok, 1 the choice cannot be written, 2 usage or bad input, 3 nothing meets what is asked
+(the best one is printed, and nothing written), 4 could not write, 130 interrupted.)";
+
+}  // namespace
+
+void add_tune(CommandLine& program) {
+  auto c = std::make_shared<TuneChoices>();
+  std::vector<std::string> names;
+  for (const Method& method : all_methods()) names.push_back(method.name);
+  const Subcommand command =
+      program.add("tune", "Chooses the cheapest solver and step that are accurate enough");
+  command.option("scene", c->scene, "scene file").required().type(kSceneType);
+  command.option("--error", c->error, "largest error, as a fraction of the size of the motion")
+      .between(1e-15, 1);
+  command.option("--time", c->time, "most CPU time, microseconds for a simulated second")
+      .between(1e-3, 1e12);
+  command.option("--out", c->out, "scene file to write").type(kSceneType);
+  command.option("--methods", c->methods, "these only, commas between")
+      .separated_by(',')
+      .one_of(names)
+      .one_at_a_time();
+  command.option("--coarsest", c->coarsest, "the longest step, s; default: four times the scene's")
+      .between(1e-6, 1.0);
+  command.option("--rungs", c->rungs, "most settings of a method; default 8").within(1, 20);
+  command.option("--duration", c->duration, "simulated seconds").between(1e-6, 1e6);
+  command.option("--within", c->within, "seconds for the search; default 60").between(0.1, 1e6);
+  command.option("--results", c->results, "folder of what was measured; default out/tune")
+      .type(kFolderType);
+  command.flag("--afresh", c->afresh, "discard the results of earlier runs in that folder");
+  command.flag("--json", c->json, "print one JSON object instead of text");
+  command.footer(kExamples);
+  command.runs([c] { return tune(*c); });
+}
+
+}  // namespace pantin::program
