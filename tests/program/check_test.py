@@ -40,6 +40,15 @@ class Check(unittest.TestCase):
         code, told = self.check({"bodies": bodies, "joints": balls, "drift_bound": 1e-16})
         self.assertEqual((code, told["status"]), (3, "failed"), told)
 
+    def test_a_comment_key_is_refused_with_the_place_for_comments(self):
+        for key in ("comment", "_comment", "//"):
+            with tempfile.TemporaryDirectory() as folder:
+                path = pathlib.Path(folder) / "scene.json"
+                path.write_text(json.dumps({"version": 1, key: "mine"}))
+                done = subprocess.run([PANTIN, "check", path], capture_output=True, text=True)
+                self.assertEqual(done.returncode, 2)
+                self.assertIn("after // in a file named .json5", done.stderr)
+
     def test_belts_take_freedoms(self):
         places = {"a": (0, 0), "b": (1, 0), "c": (0.5, 0.8)}
         scene = {"gravity": [0, 0, 0],

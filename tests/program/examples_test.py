@@ -56,7 +56,7 @@ class Folder(unittest.TestCase):
         if done.returncode == 1 and needs_pictures:
             return
         self.assertEqual(done.returncode, 0, f"{line}\n{done.stderr}")
-        if "--json" in line:
+        if "--json" in line.split(" -- ")[0]:
             json.loads(done.stdout)
         if name:
             self.assertNotIn("nothing was dragged", done.stdout)
@@ -69,8 +69,8 @@ class Examples(Folder):
         return done.stdout
 
     def test_every_example_of_every_command_works(self):
-        for command in ("run", "check", "bench", "chart", "stability", "doctor", "view", "schema", "surface", "modes", "new",
-                        "completion", "help"):
+        for command in ("run", "check", "bench", "chart", "stability", "tune", "sweep", "doctor", "view", "schema", "surface",
+                        "modes", "new", "completion", "help"):
             text = self.help_of(command)
             lines = re.findall(r"^\s*(pantin .*)$", text.split("Examples:")[1], re.M)
             self.assertGreater(len(lines), 0, command)
@@ -81,6 +81,29 @@ class Examples(Folder):
                 with self.subTest(line):
                     self.assertTrue(line.startswith(f"pantin {command}"))
                     self.run_example(command, line, script and script[1])
+
+    def test_the_scenes_of_the_page_on_motors_load_and_their_columns_exist(self):
+        page = (ASSETS.parent / "engine" / "joints" / "MOTORS.md").read_text(encoding="utf-8")
+        scenes = re.findall(r"^```json (\w+\.json)\n(.*?)^```$", page, re.M | re.S)
+        self.assertEqual([name for name, _ in scenes], ["motors.json", "drives.json"])
+        for name, text in scenes:
+            (self.folder / name).write_text(text)
+            done = call(f"pantin check {name}", self.folder)
+            self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
+        line, = re.findall(r"`(pantin run motors.json [^`]*)`", page)
+        done = call(line, self.folder)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rows = [row.split(",") for row in done.stdout.splitlines()]
+        self.assertEqual(rows[0], ["time_s", "shoulder.motor"])
+        # The arm's weight, before it is raised: m g l / 2.
+        (held,) = [float(row[1]) for row in rows[1:] if abs(float(row[0]) - 0.9) < 1e-3]
+        self.assertAlmostEqual(held, 9.81 * 0.2, delta=1e-3)
+        done = call("pantin run drives.json --duration 0.5 --json", self.folder)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        summary = json.loads(done.stdout)
+        self.assertEqual(summary["status"], "ok")
+        self.assertEqual(list(summary["sensors"]), ["effort"])
+        self.assertEqual(summary["solver"], "lagrangian")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,9 @@
 """Films of `pantin run`: what --gif and --video take and leave behind."""
 import json
+import math
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -49,6 +51,46 @@ class Film(unittest.TestCase):
             run("--duration", 0.1, "--strip", path, "--strip-columns", 4, "--strip-rows", 2, *options)
             head = path.read_bytes()[16:24]
             self.assertEqual((int.from_bytes(head[:4], "big"), int.from_bytes(head[4:], "big")), wanted)
+
+    def test_strips_spread_over_a_period_of_a_motion_that_repeats(self):
+        """A crank at a constant rate; a pendulum that slows down; one that is too slow."""
+        scene = {"version": 1, "step": 0.01, "duration": 3, "solver": {"type": "lagrangian"},
+                 "bodies": [{"name": "crank", "position": [0, 0.3, 0], "drag": 0,
+                             "shape": {"type": "capsule", "radius": 0.02, "length": 0.5}}],
+                 "joints": [{"kind": "hinge", "a": "world", "b": "crank", "anchor": [0, 0, 0],
+                             "axis": [0, 0, 1]}]}
+        motor = {"velocity": 7, "gain": 100}
+
+        def period(scene, *words):
+            path = self.folder / "scene.json"
+            path.write_text(json.dumps(scene))
+            done = subprocess.run([PANTIN, "run", path, "--strip", self.folder / "a.png", "--size",
+                                   "32x32", *words], capture_output=True, text=True, timeout=120)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            found = re.search(r"last period of (\S+) s", done.stdout)
+            return float(found[1]) if found else None
+
+        joint = scene["joints"][0]
+        joint["motor"] = motor
+        self.assertAlmostEqual(period(scene), 2 * math.pi / 7, delta=0.002)
+        self.assertIsNone(period(scene, "--strip-times", "run"))
+        self.assertIsNone(period(scene | {"duration": 1.5}))  # fewer than two turns
+        del joint["motor"]
+        scene["bodies"][0]["drag"] = 1
+        self.assertIsNone(period(scene))
+
+    @unittest.skipUnless(can_draw(), "nothing can be drawn here")
+    def test_sides_and_states_change_the_picture(self):
+        pictures = set()
+        for words in ((), ("--from", "front"), ("--from", "top"), ("--states",)):
+            path = self.folder / "strip.png"
+            done = run("--duration", 0.1, "--strip", path, "--size", "64x64", *words)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            pictures.add(path.read_bytes())
+        self.assertEqual(len(pictures), 4)
+        done = run("--duration", 0.1, "--from", "top")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("--from: found no pictures to draw", done.stderr)
 
     @unittest.skipUnless(can_draw(), "nothing can be drawn here")
     def test_without_ffmpeg_it_is_told_before_the_run(self):

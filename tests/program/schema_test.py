@@ -114,6 +114,7 @@ class Schema(unittest.TestCase):
                 defs = self.check.schema["$defs"]
                 holder = defs["solver" if "solver" in scene else "scene"]
                 self.assertTrue(holder["properties"][old]["deprecated"])
+                self.assertTrue(holder["properties"][old]["doNotSuggest"])  # while one types
 
     def test_old_words_are_deprecated(self):
         for holder, key, old, new in (("solver", "type", "paper", "procedural"),

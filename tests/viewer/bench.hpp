@@ -1,5 +1,7 @@
 #pragma once
 // A desk of the viewer over a scene file of its own.
+#include <unistd.h>
+
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -30,8 +32,8 @@ struct Bench {
   std::unique_ptr<Desk> desk;
 
   explicit Bench(const std::string& text = kPendulum) {
-    folder =
-        std::filesystem::temp_directory_path() / ("pantin_desk_" + std::to_string(next_number()));
+    folder = std::filesystem::temp_directory_path() /
+             ("pantin_desk_" + std::to_string(::getpid()) + "_" + std::to_string(next_number()));
     std::filesystem::create_directories(folder);
     path = (folder / "scene.json").string();
     write(text);

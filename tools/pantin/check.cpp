@@ -176,10 +176,10 @@ Finding look_at(const std::string& path, const CheckChoices& c) {
   j["status"] = "ok";
   j["bodies"] = world.bodies.size();
   j["joints"] = world.links.size();
-  j["strings"] = world.cables.size();
+  j["cables"] = world.cables.size();
   j["pins"] = world.pins.size();
-  j["articulations"] = articulated::islands_of(world).size();
-  j["mechanisms"] = lagrangian::islands_of(world).size();
+  j["articulated_islands"] = articulated::islands_of(world).size();
+  j["lagrangian_islands"] = lagrangian::islands_of(world).size();
   j["solver"] = solver_in_use(world);
   j["solvers"] = solvers_json(world);
   const Freedoms freedoms = degrees_of_freedom(world);
@@ -260,7 +260,7 @@ Examples:
   pantin check assets/scenes/chain10.json --solver lagrangian
 
 --json prints {"scenes": [...]}, each with scene, title, status (ok, failed, refused), bodies,
-joints, strings, pins, articulations, mechanisms, solver, solvers (bodies of each), freedoms,
+joints, cables, pins, articulated_islands, lagrangian_islands, solver, solvers (bodies of each), freedoms,
 mass_kg, start_gap_m, steps, worst_gap_rel, hash, warnings and failure if there is one.
 
 Exit codes: 0 ok, 2 usage or bad input, 3 a check failed.)";

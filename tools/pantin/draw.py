@@ -64,6 +64,21 @@ def curves(scene, key):
                [max(LEAST, r[key]) for r in runs], runs)
 
 
+def draw_peers(axes, scene, size):
+    """Other engines: dashed, in greys."""
+    peers = {}
+    for run in scene.get("peers", []):
+        if run["status"] == "ok" and run["cost_ns"] and run["position_m"] is not None:
+            peers.setdefault(run["method"], []).append(run)
+    for i, (method, runs) in enumerate(peers.items()):
+        style = {"color": ("#555555", "#8a8a8a", "#b0b0b0")[i % 3], "marker": "<>dHX8"[i % 6]}
+        axes.plot([r["cost_ns"] for r in runs], [max(LEAST, r["position_m"]) for r in runs], ls="--",
+                  ms=size, lw=0.9, label=method, **style)
+        best = [(r["cost_ns"], max(LEAST, r["position_m"])) for r in runs if r["front"]]
+        if best:
+            axes.plot(*zip(*best), "o", ms=11, mfc="none", mec=style["color"], mew=0.9, ls="none")
+
+
 def draw_panel(axes, scene, key, title, large):
     size = 5 if large else 3
     axes.set_title(title, fontsize=9, loc="left")
@@ -85,11 +100,16 @@ def draw_panel(axes, scene, key, title, large):
             axes.plot(*zip(*best), "o", ms=11, mfc="none", mec=style["color"], mew=0.9)
     axes.set_xscale("log")
     axes.set_yscale("log")
+    if key == "position_m":
+        draw_peers(axes, scene, size)
     own = scene["reference"].get(key)
     if own and own > LEAST:
         axes.axhspan(LEAST, own, color="#000000", alpha=0.1, lw=0)
     bottom, top = axes.get_ylim()
     shown = [e for _, _, errors, _ in curves(scene, key) for e in errors]
+    if key == "position_m":
+        shown += [max(LEAST, r["position_m"]) for r in scene.get("peers", [])
+                  if r["status"] == "ok" and r["position_m"] is not None]
     if shown:
         bottom, top = min(shown) / 3, max(shown) * 10
         if own:
@@ -161,7 +181,7 @@ def draw_chart(scene, folder, stem, plt):
         if key == "position_m":
             axes.set_xlabel("CPU time, ns per body and simulated second", fontsize=8)
             if axes.lines:
-                axes.legend(fontsize=7, framealpha=0.8, loc="lower left")
+                axes.legend(fontsize=7, framealpha=0.8, loc="best" if scene.get("peers") else "lower left")
     figure.suptitle(f"{pathlib.Path(scene['scene']).name}: {scene['title']}; {scene['bodies']} "
                     f"bodies, {scene['duration_s']:.3g} s. Greatest error against cost; ring: no run "
                     "is better in both; X: failed", x=0.01, ha="left", fontsize=9.5)
@@ -189,7 +209,7 @@ def page_of(chart, names):
             f"<tr><td>{html.escape(r['method'])}<td>"
             f"{format(r['tolerance'], '.0e') if r['tolerance'] else format(1e3 * r['step_s'], '.4g') + ' ms'}"
             f"<td>{r['cost_ns']:.0f}<td>{r['position_m']:.1e}"
-            for r in sorted((r for r in scene["runs"] if r["front"]), key=lambda r: r["cost_ns"]))
+            for r in sorted((r for r in scene["runs"] + scene.get("peers", []) if r["front"]), key=lambda r: r["cost_ns"]))
         parts.append(f"<section id={html.escape(name)}><h2>{html.escape(scene['title'])}</h2>"
                      f"<a href={html.escape(name)}.svg><img loading=lazy src={html.escape(name)}.png></a>"
                      f"<table><tr><th>best choices<th>step<th>ns/body/s<th>error, m{rows}</table>"

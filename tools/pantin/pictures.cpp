@@ -11,6 +11,8 @@
 #include "engine/render/renderer.hpp"
 #include "engine/render/strip.hpp"
 #include "engine/render/trails.hpp"
+#include "tools/pantin/states.hpp"
+#include "tools/pantin/strip_times.hpp"
 #endif
 
 namespace pantin::program {
@@ -21,9 +23,13 @@ std::string PictureChoices::idle_option() const {
   const PictureChoices unsaid;
   const std::pair<bool, const char*> of_strips[] = {
       {strip_columns != unsaid.strip_columns, "--strip-columns"},
-      {strip_rows != unsaid.strip_rows, "--strip-rows"}};
-  const std::pair<bool, const char*> of_pictures[] = {
-      {size != unsaid.size, "--size"}, {fps != unsaid.fps, "--fps"}, {overlay, "--overlay"}};
+      {strip_rows != unsaid.strip_rows, "--strip-rows"},
+      {strip_times != unsaid.strip_times, "--strip-times"}};
+  const std::pair<bool, const char*> of_pictures[] = {{size != unsaid.size, "--size"},
+                                                      {fps != unsaid.fps, "--fps"},
+                                                      {overlay, "--overlay"},
+                                                      {from != unsaid.from, "--from"},
+                                                      {states, "--states"}};
   for (const auto& [said, name] : of_strips)
     if (said && strip.empty())
       return fmt::format("{}: found no strip to draw, expected --strip with it", name);
@@ -58,7 +64,41 @@ struct FrameFormat {
   int width = 0, height = 0;  // pixels
   double fps = 0;
   std::uint64_t count = 0;
+  std::vector<std::uint64_t> in_strip = {};  // the frame of each cell
+  double period = 0;                         // that the strip shows, s; 0: the whole run
 };
+
+/// The scene's view, or the whole scene from a side.
+View view_from(const std::string& side, View view) {
+  const auto way = direction_of_side(side);
+  if (!way) return view;
+  view.camera = seen_from(*way, view.camera);
+  view.camera.automatic = true;
+  return view;
+}
+
+/// Spreads the cells of a strip over all frames, or over the last period of the run. With other
+/// pictures the cells are the frames nearest to the equal parts of the period; else the rate is
+/// such that frames are at these times.
+void place_cells(const PictureChoices& choices, const Scene& scene, std::uint64_t steps,
+                 FrameFormat& frames) {
+  if (choices.strip.empty()) return;
+  const Strip strip(choices.strip_columns, choices.strip_rows, 0, 0);
+  std::optional<double> period;
+  if (choices.strip_times == "auto" && choices.labels.empty()) period = period_of_run(scene, steps);
+  const double end = static_cast<double>(steps) * scene.step;
+  const auto cells = static_cast<double>(strip.cells());
+  if (period && !choices.captured()) frames.fps = cells / *period;
+  if (period) frames.count = static_cast<std::uint64_t>(end * frames.fps * (1 + 1e-12));
+  frames.period = period.value_or(0);
+  for (std::size_t i = 0; i < strip.cells(); ++i) {
+    const double time = end - frames.period * (1 - static_cast<double>(i) / cells);
+    frames.in_strip.push_back(
+        period ? std::min(static_cast<std::uint64_t>(std::floor(time * frames.fps + 1e-9)),
+                          frames.count - 1)
+               : strip.frame_of(i, frames.count));
+  }
+}
 
 /// Draws every frame of a run, and keeps those of a strip.
 class DrawnPictures final : public Pictures {
@@ -66,16 +106,17 @@ class DrawnPictures final : public Pictures {
   DrawnPictures(const PictureChoices& choices, const Scene& scene, const FrameFormat& frames,
                 FrameMakers makers)
       : choices_(choices),
-        view_(scene.view),
+        view_(view_from(choices.from, scene.view)),
         title_(scene.title),
         step_(scene.step),
         fps_(frames.fps),
         frames_(frames.count),
+        in_strip_(frames.in_strip),
+        period_(frames.period),
         renderer_(std::move(makers.renderer)),
         capture_(std::move(makers.capture)) {
     const int width = frames.width, height = frames.height;
-    if (view_.camera.automatic)
-      view_.camera = framing_camera(scene.world, scene.view, static_cast<Real>(width) / height);
+    view_ = framed_view(scene.world, view_, static_cast<Real>(width) / height);
     image_.width = width, image_.height = height;
     if (!choices.strip.empty())
       strip_.emplace(choices.strip_columns, choices.strip_rows, width, height);
@@ -109,6 +150,8 @@ class DrawnPictures final : public Pictures {
     return ok_;
   }
 
+  double strip_period() const override { return period_; }
+
   std::variant<std::size_t, PictureFailure> finish() override {
     if (capture_) {
       Result<std::size_t> written = capture_->finish();
@@ -130,8 +173,7 @@ class DrawnPictures final : public Pictures {
   void draw_frame(const World& world, std::span<const Pose> poses, double worst_gap) {
     const std::uint64_t k = drawn_++;
     const auto cell_due = [&] {
-      return strip_ && strip_->filled() < strip_->cells() &&
-             strip_->frame_of(strip_->filled(), frames_) <= k;
+      return strip_ && strip_->filled() < strip_->cells() && in_strip_[strip_->filled()] <= k;
     };
     if (!capture_ && !cell_due()) return;
     Overlay overlay;
@@ -149,8 +191,16 @@ class DrawnPictures final : public Pictures {
       overlay.legend = overlay_legend(world);
       overlay.trails = trails_.trails();
     }
+    std::vector<Vec3> colours;
+    if (choices_.states) {
+      colours = state_colours(world);
+      const auto states = states_legend(world);
+      overlay.legend.insert(overlay.legend.end(), states.begin(), states.end());
+    }
     Image& image = capture_ ? capture_->next() : image_;
-    renderer_->draw({world, poses, view_, &overlay}, image);
+    renderer_->draw(
+        {.world = world, .poses = poses, .view = view_, .overlay = &overlay, .colours = colours},
+        image);
     while (cell_due()) strip_->add(image);
     if (!capture_) return;
     if (const auto pushed = capture_->push(); !pushed) ok_ = false;
@@ -161,6 +211,8 @@ class DrawnPictures final : public Pictures {
   std::string title_;
   double step_, fps_;
   std::uint64_t frames_, drawn_ = 0;
+  std::vector<std::uint64_t> in_strip_;  // the frame of each cell
+  double period_;
   std::unique_ptr<Renderer> renderer_;
   std::unique_ptr<Capture> capture_;
   std::vector<Pose> before_, poses_;
@@ -211,9 +263,10 @@ std::variant<std::unique_ptr<Pictures>, PictureFailure> Pictures::open(
     if (!opened) return PictureFailure{opened.errors(), kUnwritable};
     capture = std::move(*opened);
   }
-  auto pictures =
-      std::make_unique<DrawnPictures>(choices, scene, FrameFormat{width, height, fps, frames},
-                                      FrameMakers{std::move(*renderer), std::move(capture)});
+  FrameFormat format{width, height, fps, frames};
+  place_cells(choices, scene, steps, format);
+  auto pictures = std::make_unique<DrawnPictures>(
+      choices, scene, format, FrameMakers{std::move(*renderer), std::move(capture)});
   pictures->draw_start(scene.world);
   return pictures;
 }

@@ -20,6 +20,7 @@
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
+#include "engine/world/timed_event.hpp"
 #include "tools/pantin/scene_number.hpp"
 
 namespace pantin::program {
@@ -163,6 +164,15 @@ Result<Scene> load_with(const std::string& path, const SceneChoices& choices) {
 
 }  // namespace
 
+/// Gives the gusts of wind consecutive seeds; returns whether there are any.
+static bool reseed(World& world, std::uint64_t seed) {
+  bool any = false;
+  for (TimedEvent& event : events_of(world).values())
+    if (auto* wind = std::get_if<WindEvent>(&event.kind); wind && wind->gusts != Vec3(0))
+      wind->seed = seed++, any = true;
+  return any;
+}
+
 Result<Scene> read_scene(const std::string& path, const SceneChoices& choices) {
   Result<Scene> loaded = load_with(path, choices);
   if (!loaded) return loaded;
@@ -176,6 +186,9 @@ Result<Scene> read_scene(const std::string& path, const SceneChoices& choices) {
                              scene.duration / scene.step, scene.step, kMostSteps)};
   if (const std::string why = idle_option(choices, scene.world); !why.empty())
     return Error{path + ": " + why};
+  if (choices.seed && !reseed(scene.world, static_cast<std::uint64_t>(*choices.seed)))
+    return Error{path +
+                 ": --seed: found nothing random in the scene, expected wind with \"gusts\""};
   if (auto open = settle(path, scene); !open.empty()) return open;
   return loaded;
 }

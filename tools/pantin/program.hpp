@@ -27,6 +27,7 @@ void add_assemble(CommandLine& program);
 void add_bench(CommandLine& program);
 void add_chart(CommandLine& program);
 void add_stability(CommandLine& program);
+void add_tune(CommandLine& program);
 void add_doctor(CommandLine& program);
 void add_view(CommandLine& program);
 void add_modes(CommandLine& program);
@@ -47,6 +48,7 @@ struct SceneChoices {
   std::optional<double> tolerance;       // of a step
   std::optional<int> substeps;
   std::optional<double> budget_ms;
+  std::optional<int> seed;       // of gusts of wind
   std::vector<std::string> set;  // POINTER=VALUE, applied to the file in this order
 };
 /// The words of the solvers that a whole scene may be given.
@@ -57,7 +59,7 @@ Jacobians jacobians_named(const std::string& word);
 /// Why --jacobians has no effect, or an empty string.
 std::string idle_jacobians(const World& world);
 /// --solver, --integrator, --tolerance, --stabilisation, --jacobians, --step, --substeps,
-/// --budget, --duration, --set, with their bounds.
+/// --budget, --duration, --seed, --set, with their bounds.
 void add_scene_choices(const Subcommand& command, SceneChoices& choices);
 /// The settings of a scene's steps.
 inline StepSettings settings_of(const Scene& scene, int threads) {

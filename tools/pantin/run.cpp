@@ -13,6 +13,7 @@
 #include "engine/world/lamina.hpp"
 #include "tools/pantin/command_line.hpp"
 #include "tools/pantin/findings.hpp"
+#include "tools/pantin/gltf.hpp"
 #include "tools/pantin/pictures.hpp"
 #include "tools/pantin/program.hpp"
 #include "tools/pantin/record.hpp"
@@ -25,7 +26,7 @@ using namespace detail;
 namespace {
 
 struct RunChoices {
-  std::string scene, record, load, save;
+  std::string scene, record, gltf, load, save;
   SceneChoices how;
   PictureChoices pictures;
   RecordChoices recorded;
@@ -46,7 +47,7 @@ struct Summary {
   double worst_gap = 0, worst_gap_rel = 0;                  // m, fraction of the size
   double energy_start = 0, energy_end = 0, energy_max = 0;  // J
   double worst_residual = 0;                                // m, of pins and cables
-  int most_rounds = 0;
+  int most_sweeps = 0;
   double worst_violation = 0, worst_depth = 0;  // rad, m
   int contacts_now = 0, stops_now = 0;
   int most_contacts = 0, most_stops = 0, most_capped = 0;
@@ -59,6 +60,7 @@ struct Summary {
   std::uint64_t limited_steps = 0, rescued_steps = 0, allocations = 0, timed_steps = 0;
   std::vector<double> step_seconds;
   std::size_t frames = 0;
+  double strip_period = 0;                             // s; 0: the strip shows the whole run
   std::uint64_t mode_switches = 0, dynamic_steps = 0;  // of laminas
   std::vector<HandOver> hand_overs;
   std::vector<Entity> taken;            // islands with another solver than requested
@@ -107,7 +109,7 @@ StepReport timed_step(Simulation& sim, double until, Summary& s) {
   s.energy_end = m.energy();
   s.energy_max = std::max(s.energy_max, s.energy_end);
   s.worst_residual = std::max(s.worst_residual, report.worst_residual);
-  s.most_rounds = std::max(s.most_rounds, report.sweeps_used);
+  s.most_sweeps = std::max(s.most_sweeps, report.sweeps_used);
   s.energy_removed += report.energy_removed;
   s.shortened_steps += report.shortened > 0, s.given_up = std::max(s.given_up, report.given_up);
   s.limited_steps += report.limited > 0, s.rescued_steps += report.rescued > 0;
@@ -140,8 +142,8 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
   j["simulated_s"] = sim.world.time;
   j["bodies"] = sim.world.bodies.size();
   j["joints"] = sim.world.links.size();
-  j["strings"] = sim.world.cables.size();
-  j["articulations"] = articulated::islands_of(sim.world).size();
+  j["cables"] = sim.world.cables.size();
+  j["articulated_islands"] = articulated::islands_of(sim.world).size();
   j["worst_gap_m"] = s.worst_gap;
   j["worst_gap_rel"] = s.worst_gap_rel;
   j["energy_start_j"] = s.energy_start;
@@ -158,7 +160,7 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
   j["frames_written"] = s.frames;
   j["cpu_ms_per_frame"] = s.frames ? 1e3 * s.cpu_seconds / static_cast<double>(s.frames) : 0.0;
   j["worst_residual_m"] = s.worst_residual;
-  j["rounds_max"] = s.most_rounds;
+  j["sweeps_max"] = s.most_sweeps;
   j["budget_ms"] = scene.budget_ms;
   j["shortened_steps"] = s.shortened_steps;
   j["given_up_max"] = s.given_up;
@@ -184,13 +186,13 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
     Json one = {{"bodies", m.count()},        {"integrator", name_of(m.settings.integrator)},
                 {"equations", m.equations()}, {"rank", m.rank},
                 {"redundant", Json::array()}, {"residual", m.residual},
-                {"parts", m.substeps}};
+                {"substeps", m.substeps}};
     for (const lagrangian::Fault& f : m.faults)
       if (f.kind == lagrangian::Fault::redundant)
         one["redundant"].push_back(
             {{"joint", sim.world.name_of(lagrangian::joint_of(sim.world, m.blocks[f.block]))},
              {"rows", f.rows}});
-    j["mechanisms"].push_back(one);
+    j["lagrangian_islands"].push_back(one);
   }
   if (has_laminas(sim.world)) {
     j["mode_switches"] = s.mode_switches;
@@ -208,6 +210,7 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
   j["beyond_auto"] = lines_beyond_auto(sim.world);
   j["findings"] = findings_json(sim.world, sim.findings());
   j["energy_unchecked"] = unchecked_bodies(sim);
+  j["sensors"] = sensors_json(scene, sim.world);
   j["warnings"] = scene.warnings;
   return j;
 }
@@ -269,6 +272,7 @@ void print_summary(const RunChoices& c, const Scene& scene, const Simulation& si
   for (const std::string& line : lines_beyond_auto(sim.world))
     fmt::print("  beyond auto {}\n", printable(line));
   print_findings(sim);
+  if (s.strip_period > 0) fmt::print("  strip       the last period of {:.6g} s\n", s.strip_period);
   if (s.frames > 0)
     fmt::print("  frames      {}, {:.1f} ms of CPU each, steps and writing included\n", s.frames,
                j["cpu_ms_per_frame"].get<double>());
@@ -288,19 +292,29 @@ struct Run {
   Summary& summary;
 };
 
-/// The loop: step, record, draw; null: without pictures or record. Stores the reason for its end in
-/// the summary; returns the exit code.
-int step_through(const Run& run, Pictures* pictures, Record* record) {
+/// What a run writes while it goes on; null: not that.
+struct Writers {
+  Pictures* pictures;
+  Record* record;
+  GltfFilm* gltf;
+};
+
+/// The loop: step, record, draw. Stores the reason for its end in the summary; returns the exit
+/// code.
+int step_through(const Run& run, const Writers& writers) {
   const auto& [c, scene, sim, s] = run;
+  const auto& [pictures, record, gltf] = writers;
   const std::uint64_t steps = steps_of(scene);
   s.step_seconds.reserve(steps);
   Progress progress(scene.title);
   // A row that could not be written is reported when the record is closed.
   const Real until = sim.world.time + scene.duration;
   const auto write_row = [&](const Measures& m) -> bool {
-    return !record || static_cast<bool>(record->add(run.sim.world, m));
+    if (writers.gltf && !writers.gltf->add(run.sim.world)) return false;
+    return !writers.record || static_cast<bool>(writers.record->add(run.sim.world, m));
   };
   if (record) compile_if_changed(sim.world);  // the first row needs all columns
+  if (gltf) gltf->start(sim.world, scene.title);
   if (!write_row(measure(sim.world))) return kUnwritable;
   for (std::uint64_t i = 0; i < steps; ++i) {
     if (interrupted()) {
@@ -377,8 +391,8 @@ int run(const RunChoices& c) {
   }
   Record record;
   if (!c.record.empty())
-    if (const auto fits =
-            record.check(scene->world, {c.recorded.columns, c.recorded.digits, scene->step});
+    if (const auto fits = record.check(
+            scene->world, {c.recorded.columns, c.recorded.digits, scene->step, scene->sensors});
         !fits)
       return fail(fits.errors(), kUsage);
   std::unique_ptr<Pictures> pictures;
@@ -399,8 +413,13 @@ int run(const RunChoices& c) {
   Summary s;
   s.energy_start = s.energy_max = measure(sim.world).energy();
   const double cpu_before = cpu_seconds();
-  int exit_code =
-      step_through({c, *scene, sim, s}, pictures.get(), c.record.empty() ? nullptr : &record);
+  GltfFilm gltf;
+  int exit_code = step_through(
+      {c, *scene, sim, s},
+      {pictures.get(), c.record.empty() ? nullptr : &record, c.gltf.empty() ? nullptr : &gltf});
+  if (!c.gltf.empty())
+    if (const auto written = gltf.write(c.gltf); !written)
+      exit_code = fail(written.errors(), kUnwritable);
   if (!c.record.empty()) {
     const auto closed = record.close();
     if (!closed)
@@ -413,7 +432,7 @@ int run(const RunChoices& c) {
     if (const auto* f = std::get_if<PictureFailure>(&finished))
       exit_code = fail(f->errors, f->exit_code);
     else
-      s.frames = std::get<std::size_t>(finished);
+      s.frames = std::get<std::size_t>(finished), s.strip_period = pictures->strip_period();
   }
   s.cpu_seconds = cpu_seconds() - cpu_before;
   if (exit_code == kOk && !sim.findings().empty()) {
@@ -441,8 +460,13 @@ void add_run(CommandLine& program) {
   add_threads(command, c->threads);
   command
       .option("--record", c->record,
-              "CSV file, - for standard output: poses, velocities, gaps, energy, momentum")
+              "CSV file, .npz for numpy, - for standard output: poses, velocities, gaps, energy, "
+              "momentum")
       .type(kFileType);
+  command
+      .option("--gltf", c->gltf,
+              "glTF model, .glb, with a node for each body that moves as the run does")
+      .type("FILE:.glb");
   command
       .option("--columns", c->recorded.columns,
               "of the record: names with * and ?, separated by commas; also readings of joints "
@@ -457,32 +481,7 @@ void add_run(CommandLine& program) {
       .type(kFileType);
   command.option("--save", c->save, "file for the final state, to continue from with --load")
       .type(kFileType);
-  command.option("--frames", c->pictures.frames, "folder for frame_000000.png and so on")
-      .type(kFolderType);
-  command.option("--video", c->pictures.video, "video file, .mp4 or .mkv (needs ffmpeg)")
-      .ends_in({".mp4", ".mkv"})
-      .type(kFileType);
-  command
-      .option("--gif", c->pictures.gif,
-              "animated .gif (needs ffmpeg); without --size at most 640 pixels wide, without --fps "
-              "at most 25 frames per second")
-      .ends_in({".gif"})
-      .type(kFileType);
-  command
-      .option(
-          "--strip", c->pictures.strip,
-          "one PNG with frames of the run side by side; without --size 1600 pixels wide at most")
-      .type(kFileType);
-  command.option("--strip-columns", c->pictures.strip_columns, "pictures in a row of the strip")
-      .within(1, 20);
-  command.option("--strip-rows", c->pictures.strip_rows, "rows of the strip").within(1, 20);
-  command.option("--size", c->pictures.size, "in pixels; by default the scene's")
-      .type("WIDTHxHEIGHT");
-  command.option("--fps", c->pictures.fps, "frames per second; by default the scene's")
-      .between(0.1, 1000.0);
-  command.option("--gl", c->pictures.gl, "OpenGL context: auto, surfaceless, device or osmesa")
-      .one_of({"auto", "surfaceless", "device", "osmesa"});
-  command.flag("--overlay", c->pictures.overlay, "draw joints, axes and pins");
+  add_picture_options(command, c->pictures);
   command.flag("--hash", c->hash, "print the 64-bit hash of the final state");
   command.flag("--strict", c->strict, "exit code 3 where there are findings");
   command.flag("--json", c->json, "print one JSON object instead of text");

@@ -17,7 +17,8 @@ using namespace detail;
 namespace {
 
 struct ViewOptions {
-  std::string scene, script, size, beside, frames = ".", gl = "auto", panel = "auto";
+  std::string scene, script, size, beside, frames = ".", gl = "auto", panel = "auto",
+                                           at_end = "go_on";
   SceneChoices how;
   int threads = 1;
   bool json = false;
@@ -35,6 +36,14 @@ Json to_json(const Drag& d) {
           {"worst_residual_m", d.worst_residual},
           {"worst_elsewhere_m", d.worst_elsewhere},
           {"reachable", d.reachable}};
+}
+
+Json to_json(const Plotted& p) {
+  const Span span = span_of(p.values, &Value::value);
+  Json j = {{"name", p.reading.name}, {"unit", p.reading.unit}, {"samples", p.values.size()}};
+  if (p.values.size() > 0) j["last"] = p.values.last().value;
+  j["least"] = span.low, j["most"] = span.high;
+  return j;
 }
 
 Json to_json(const SessionReport& r) {
@@ -56,6 +65,8 @@ Json to_json(const SessionReport& r) {
   j["panel"] = r.has_panel;
   j["picks"] = Json::array();
   for (const Drag& d : r.drags) j["picks"].push_back(to_json(d));
+  j["plots"] = Json::array();
+  for (const Plotted& p : r.plots) j["plots"].push_back(to_json(p));
   j["worst_gap_m"] = r.worst_gap;
   j["worst_gap_rel"] = r.worst_gap_rel;
   j["hash"] = hex(r.hash);
@@ -104,6 +115,7 @@ int view(const ViewOptions& o) {
   choices.desk.path = o.scene, choices.desk.threads = o.threads;
   choices.desk.load = [how = o.how](const std::string& path) { return read_scene(path, how); };
   if (!o.beside.empty()) solver_from_name(o.beside.c_str(), choices.desk.beside.emplace());
+  choices.desk.at_end = static_cast<AtEnd>(std::ranges::find(kAtEnds, o.at_end) - kAtEnds);
   choices.duration = o.how.duration.value_or(0);
   choices.is_scripted = !o.script.empty();
   choices.has_panel = o.panel == "on" || (o.panel == "auto" && !choices.is_scripted);
@@ -150,13 +162,23 @@ Keys:
     and pins hold; p holds a point; m again, space or . goes on from the pose, at rest
   k keep the poses as a scene file, pose_1.json
   x cut the joint, cable or pin under the mouse    p pin the body there, or release it
-  b shoot a ball    l follow the body under the mouse    home camera back
+  b shoot a ball    l follow the body under the mouse
+  n, or a click: plot the joint, cable, pin or body under the mouse
+  g measure: the distance of two points under the mouse, with a third the angle at the second
+  e front    d right    t top, with shift the opposite side    i from a corner
+  home the scene's camera, or one that frames what is there
   arrows turn the camera, with shift move it    + - zoom
-  o joints and contacts    f forces    w wireframe    tab panel    h help
+  o joints and contacts    f forces    w wireframe    a colours by state    tab panel    h help
+  j at the end of the scene: go on, stop, loop
+  u write the moved sliders into the scene file: of a joint of a prefab, a chain or a class there, for all
+    that share the value
   page up, page down other scenes of the folder    f5 reload the file
   s save a picture    v start or stop a video    q or Esc quit
+  y start or stop the record of a run: run_1.csv with all columns of `pantin run --record`, and
+    run_1.glb, a glTF model whose nodes move; with shift from a restart to the scene's duration
 A changed file is reloaded, and the camera stays; errors are shown in red. The panel has sliders for
-step, gravity, motors, joint drives and solver settings, and plots.
+step, gravity, motors, joint drives, springs, limits and solver settings, and plots.
+Each quantity of the chosen object is a column of `pantin run --record`.
 
 Examples:
   pantin view assets/scenes/marionette.json
@@ -172,14 +194,15 @@ every time; it needs no display, and ends at a quit event or a second after the 
    {"t": 2.0, "type": "key", "key": "space"},
    {"t": 3.0, "type": "quit"}]
 Types: mouse_down (button left, middle or right; "shift": true, "alt": true), mouse_move, mouse_up,
-wheel (dy and dx, clicks), key ("shift": true), knob (name, to: a slider of the panel; "motor NAME"
-for that of a joint), open (scene: a file), resize (width, height), quit. The place is x and y in pixels, or body (seen from here, its mass centre or
+wheel (dy and dx, clicks), key ("shift": true), knob (name, to: a slider of the panel; "motor NAME",
+"stiffness NAME", "damping NAME", "least NAME", "most NAME" for those of a joint; of a cylindrical one
+NAME.angle or NAME.travel), open (scene: a file), resize (width, height), quit. The place is x and y in pixels, or body (seen from here, its mass centre or
 "at": [x, y, z] in the body's own frame), or dx and dy from the last place.
 
 --json prints one object: scene, title, status (ok, diverged, contact_lost, energy_grew, interrupted, unwritable), solver, beside
 (where there are two), step_s, frames, frames_a_second (not of a script), steps, restarts, simulated_s, paused, posing, speed, panel, picks (body, grip, at_s, held_s,
 distance_moved_m, residual_m, worst_residual_m, worst_elsewhere_m of other held points, reachable),
-worst_gap_m, worst_gap_rel, hash, saved, display, gl, notes, findings (of the last start, a line
+plots (of the chosen object: name, unit, samples, last, least, most), worst_gap_m, worst_gap_rel, hash, saved, display, gl, notes, findings (of the last start, a line
 each; see `pantin run --help`), warnings.
 
 Exit codes: 0 ok, 1 no window or no OpenGL, 2 usage or bad input, 3 diverged or energy grew, 4 could not write,
@@ -203,6 +226,10 @@ void add_view(CommandLine& program) {
       .option("--panel", o->panel,
               "buttons, sliders and plots: on, off, or auto: with a user, not with a script")
       .one_of({"auto", "on", "off"});
+  command
+      .option("--at-end", o->at_end,
+              "at the end of the scene's duration: go_on, stop or loop; key j changes it")
+      .one_of({"go_on", "stop", "loop"});
   command.option("--frames", o->frames, "folder for saved frames; by default this one")
       .type(kFolderType);
   command.option("--gl", o->gl, "OpenGL context: auto, surfaceless, device or osmesa")

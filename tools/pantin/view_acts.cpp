@@ -18,6 +18,7 @@ using namespace detail;
 namespace {
 
 constexpr double kNear = 12;              // pixels
+constexpr int kParts = 16;                // of a line between two ends
 constexpr std::size_t kMostBalls = 30;    // at once
 constexpr std::size_t kMostForces = 600;  // joints; reading reactions is quadratic in a chain's
                                           // length
@@ -45,8 +46,8 @@ void offer_cables(const PosedWorld& scene, Nearest& nearest) {
     curve.clear();
     add_cable(scene, cables.values()[i], 16, curve);
     for (std::size_t k = 1; k < curve.size(); ++k)
-      for (int part = 0; part <= 16; ++part)
-        nearest.offer(cables.owners()[i], glm::mix(curve[k - 1], curve[k], part / 16.0));
+      for (int part = 0; part <= kParts; ++part)
+        nearest.offer(cables.owners()[i], glm::mix(curve[k - 1], curve[k], 1.0 * part / kParts));
   }
 }
 
@@ -111,13 +112,20 @@ const char* word_of(Motion motion) {
 
 }  // namespace
 
-Entity find_cut(const PosedWorld& scene, const SeenPixel& mouse) {
+namespace {
+
+/// The joint, cable or pin within a few pixels.
+Entity find_connection(const PosedWorld& scene, const SeenPixel& mouse) {
   Nearest nearest{mouse};
   const World& world = scene.world;
   for (std::size_t i = 0; i < world.links.size(); ++i) {
     const Link& link = world.links.values()[i];
-    if (const auto at = scene.position_of(link.a, link.joint.anchor_a))
-      nearest.offer(world.links.owners()[i], *at);
+    const auto at = scene.position_of(link.a, link.joint.anchor_a);
+    if (!at) continue;
+    nearest.offer(world.links.owners()[i], *at);
+    const auto end = scene.position_of(link.b, link.joint.anchor_b);
+    for (int part = 1; end && part <= kParts; ++part)  // far apart: of a distance or a spring
+      nearest.offer(world.links.owners()[i], glm::mix(*at, *end, 1.0 * part / kParts));
   }
   for (std::size_t i = 0; i < world.pins.size(); ++i) {
     const Pin& pin = world.pins.values()[i];
@@ -125,9 +133,21 @@ Entity find_cut(const PosedWorld& scene, const SeenPixel& mouse) {
       nearest.offer(world.pins.owners()[i], *at);
   }
   offer_cables(scene, nearest);
-  if (nearest.found) return nearest.found;
+  return nearest.found;
+}
+
+}  // namespace
+
+Entity find_cut(const PosedWorld& scene, const SeenPixel& mouse) {
+  if (const Entity found = find_connection(scene, mouse)) return found;
   const auto picked = pick(scene, mouse);
   return picked ? joint_at(scene, *picked) : Entity{};
+}
+
+Entity find_object(const PosedWorld& scene, const SeenPixel& mouse) {
+  if (const Entity found = find_connection(scene, mouse)) return found;
+  const auto picked = pick(scene, mouse);
+  return picked ? picked->body : Entity{};
 }
 
 std::optional<bool> toggle_pin(World& world, const Picked& at) {

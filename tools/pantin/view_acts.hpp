@@ -17,6 +17,9 @@ using namespace detail;
 /// the body there that is nearest to the visible point. None if there is nothing to cut.
 Entity find_cut(const PosedWorld& scene, const SeenPixel& mouse);
 
+/// The joint, cable or pin drawn nearest to a pixel, within a few pixels; otherwise the body there.
+Entity find_object(const PosedWorld& scene, const SeenPixel& mouse);
+
 /// The name of a user's pins; "cut" removes them.
 inline constexpr const char* kUserPin = "pinned by hand";
 /// Pins a body's point at its present position, or removes such pins of the body. Returns whether

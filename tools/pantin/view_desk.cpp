@@ -18,17 +18,20 @@ namespace {
 
 constexpr double kSlowest = 1.0 / 16, kFastest = 4;
 constexpr double kMessageTime = 3, kTroubleTime = 20;  // s
+constexpr double kTitleTime = 3;                       // s
 constexpr std::size_t kMostNotes = 20;
 constexpr double kBallReach = 40;  // camera distances; balls beyond are removed
 
 const char* const kHelp[] = {
     "left: drag exactly   right or shift: by a spring   on nothing, or alt: rotate, move the "
     "camera",
-    "space: pause   . step   [ ] slower, faster   r restart   o joints   f forces   w wireframe",
-    "x cut   p pin   b shoot a ball   l follow   home: camera back   c two solvers side by side",
-    "m pose mode: drag without dynamics   k keep the pose as a scene file",
+    "space: pause   . step   [ ] slower, faster   r restart   j at the end: go on, stop, loop",
+    "x cut   p pin   b shoot a ball   g measure   n or click: plot   l follow   c two solvers",
+    "e front   d right   t top (shift: opposite)   i corner   home: all in view",
+    "o joints   f forces   w wireframe   a states   m pose mode: no dynamics   k keep the pose",
     "1 auto   2 sweep   3 shake2   4 procedural   5 lagrangian   page up, down: other scenes",
-    "s picture   v video   tab: panel   f5 reload the file   h help   q quit"};
+    "s picture   v video   y record the run (shift: from its start)   u save the sliders",
+    "tab: panel   f5 reload the file   h help   q quit"};
 
 }  // namespace
 
@@ -56,6 +59,8 @@ Camera Desk::home_camera() const {
 /// Takes over a scene; the camera is unchanged.
 void Desk::begin(Scene scene) {
   scene_ = std::move(scene);
+  scene_.view.ground_height = ground_height_of(scene_.world, scene_.view);
+  title_left_ = kTitleTime, gauge.clear();
   how_ = settings_of(scene_, choices_.threads);
   how_.watch = true;
   turned_.clear();
@@ -96,6 +101,7 @@ void Desk::faster(double times) { speed = std::clamp(speed * times, kSlowest, kF
 
 void Desk::advance(double wall, int most) {
   if (message_left > 0 && (message_left -= wall) <= 0) stale = true;
+  if (title_left_ > 0 && (title_left_ -= wall) <= 0) stale = true;
   if (is_posing()) {
     for (const auto& pane : panes) pane->pose();
     follow();
@@ -103,6 +109,7 @@ void Desk::advance(double wall, int most) {
     return;
   }
   if (paused) return;
+  const double before = panes[0]->world().time;
   for (const auto& pane : panes) notice(*pane, pane->advance(wall * speed, most).report);
   const Real reach = kBallReach * glm::distance(orbit_.camera().eye, orbit_.camera().target);
   for (const auto& pane : panes) {
@@ -112,6 +119,16 @@ void Desk::advance(double wall, int most) {
   }
   follow();
   stale = true;
+  end_of_scene(before);
+}
+
+/// At the end of the scene's duration, which a run may pass.
+void Desk::end_of_scene(double before) {
+  const double end = scene_.duration - 0.5 * how_.h;
+  if (choices_.at_end == AtEnd::go_on || before >= end || panes[0]->world().time < end) return;
+  if (choices_.at_end == AtEnd::loop) return restart();
+  paused = true;
+  tell("the end of the scene; space goes on, r restarts, j loops");
 }
 
 void Desk::toggle_posing() {
@@ -193,6 +210,17 @@ void Desk::toggle_follow() {
 void Desk::reset_camera() {
   followed = Entity{};
   orbit_.reset();
+  if (scene_.view.camera.automatic) orbit_.start(home_camera());
+  look();
+}
+
+void Desk::look_from(Vec3 way) {
+  followed = Entity{};
+  View view = scene_.view;
+  view.camera = seen_from(way, orbit_.camera());
+  const Camera home = home_camera();
+  orbit_.start(framing_camera(panes[0]->world(), view, static_cast<Real>(pane_width()) / height_));
+  orbit_.set_home(home);
   look();
 }
 
@@ -273,6 +301,7 @@ bool Desk::turn(const std::string& name, double value) {
     known |= turn_knob({pane->world(), how_, scene_.world}, name, value);
     pane->sim.settings = how_;
     pane->hand.renew(pane->world());
+    if (name == "step" && !pane->focus.name().empty()) pane->focus.start(pane->world(), how_.h);
   }
   if (!known) return false;
   std::erase_if(turned_, [&](const auto& t) { return t.first == name; });
@@ -300,7 +329,7 @@ std::vector<std::string> Desk::labels(std::size_t index) const {
   const std::string pace =
       speed < 1 ? fmt::format("speed 1/{:.0f}", 1 / speed) : fmt::format("speed {:.0f}", speed);
   std::vector<std::string> lines;
-  if (index == 0) lines.push_back(scene_.title);
+  if (index == 0 && title_left_ > 0) lines.push_back(scene_.title);
   if (index == 0 && !panel)
     lines.push_back(
         fmt::format("t = {:.3f} s, step {} of {:.4g} ms", world.time, world.tick, 1e3 * how_.h));
@@ -324,6 +353,8 @@ std::vector<std::string> Desk::labels(std::size_t index) const {
   else if (is_under && index == pane_ && !panel)
     lines.push_back(describe_shortly(world, under));
   if (index > 0) return lines;
+  if (const std::string measured = gauge.words(pane.scene()); !measured.empty())
+    lines.push_back(measured);
   const bool is_alarm =
       std::any_of(panes.begin(), panes.end(), [&](const auto& p) { return p->alarm == message; });
   if (message_left > 0 && !is_trouble && !is_alarm) lines.push_back(message);

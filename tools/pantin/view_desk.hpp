@@ -13,6 +13,7 @@
 #include "engine/world/solver_list.hpp"
 #include "tools/pantin/view_acts.hpp"
 #include "tools/pantin/view_files.hpp"
+#include "tools/pantin/view_gauge.hpp"
 #include "tools/pantin/view_knobs.hpp"
 #include "tools/pantin/view_orbit.hpp"
 #include "tools/pantin/view_pane.hpp"
@@ -25,7 +26,8 @@ using namespace detail;
 inline constexpr std::string_view kKeys[]{
     "space", ".",    "[",     "]",  "1",    "2",       "3",         "4", "5", "o",      "r",   "s",
     "h",     "q",    "w",     "f",  "l",    "x",       "p",         "b", "c", "v",      "tab", "f5",
-    "home",  "left", "right", "up", "down", "page_up", "page_down", "+", "-", "escape", "m",   "k"};
+    "home",  "left", "right", "up", "down", "page_up", "page_down", "+", "-", "escape", "m",   "k",
+    "a",     "d",    "e",     "g",  "i",    "j",       "t",         "u", "n", "y"};
 
 /// The solvers that the window offers: those that any scene can be tried with.
 inline constexpr auto kOfferedSolvers = [] {
@@ -50,12 +52,21 @@ inline constexpr const char* kTools[]{"drag", "cut", "pin", "ball"};
 /// Reads a scene file again; errors are whole lines.
 using SceneLoader = std::function<Result<Scene>(const std::string& path)>;
 
+/// What happens at the end of the scene's duration.
+enum class AtEnd : std::uint8_t { go_on, stop, loop };
+inline constexpr const char* kAtEnds[]{"go_on", "stop", "loop"};
+
+/// A request to write a run: from now on until it is requested again, or from a restart to the end
+/// of the scene's duration.
+enum class RunWish : std::uint8_t { none, from_now, whole };
+
 struct DeskChoices {
   std::string path;  // of the scene
   SceneLoader load;
   int width = 1280, height = 720;  // of the picture, pixels, without the panel
   int threads = 1;
   std::optional<Solver> beside;  // a second pane from the start
+  AtEnd at_end = AtEnd::go_on;
 };
 
 class Desk {
@@ -94,7 +105,10 @@ class Desk {
   View view() const;
   const Eye& eye() const { return eye_; }
   void toggle_follow();
+  /// The scene's own camera, or one that frames what is there now from the scene's direction.
   void reset_camera();
+  /// Frames what is there now, seen from a side (unit, towards the eye).
+  void look_from(Vec3 way);
 
   // The scene.
   const Scene& scene() const { return scene_; }
@@ -111,6 +125,8 @@ class Desk {
   void compare(std::optional<Solver> solver);
   std::vector<Knob> knobs() const;
   bool turn(const std::string& name, double value);
+  /// Knobs that were changed since the file was read, with their values.
+  const std::vector<std::pair<std::string, double>>& turned() const { return turned_; }
   void use(Tool tool, double x, double y);
 
   /// Shows a message in the picture and the report.
@@ -123,9 +139,13 @@ class Desk {
   BallGun gun;
   double speed = 1;
   bool paused = false, overlay = false, forces = false, wireframe = false, help = true;
+  bool states = false;  // bodies are coloured by their state
+  Gauge gauge;
   bool panel = false;
   // Requests to the owner of the window.
-  bool quits = false, wants_picture = false, wants_film = false, wants_pose = false;
+  bool quits = false, wants_picture = false, wants_film = false, wants_pose = false,
+       wants_tuned = false;
+  RunWish wants_run = RunWish::none;
   bool stale = true;      // the picture is out of date
   Entity under;           // the body under the mouse, or the last one if there is none
   bool is_under = false;  // it is under the mouse now
@@ -161,6 +181,10 @@ class Desk {
   void cut(const Place& at);
   void pin(const Place& at);
   void throw_ball(const Place& at);
+  void measure_at(const Place& at);
+  void plot_at(const Place& at);
+  void end_of_scene(double before);
+  void next_at_end();
 
   Scene scene_;
   DeskChoices choices_;
@@ -173,6 +197,7 @@ class Desk {
   std::vector<std::pair<std::string, double>> turned_;  // changed knobs, until the file is read
                                                         // again
   int width_, height_;
+  double title_left_ = 0;  // s that the title is shown, wall
   double mouse_x_ = 0, mouse_y_ = 0;
   double moved_ = 0;  // pixels since the button was pressed
   bool has_mouse_ = false;

@@ -73,13 +73,11 @@ void Desk::let_go() {
 void Desk::release(MouseButton button, double x, double y) {
   if (button != button_ || grip_ == Grip::none) return;
   move(x, y);
-  if (grip_ == Grip::body)
-    help = false;  // no longer needed, and it covers the picture
-  else if (button != MouseButton::middle && !held_.alt && moved_ < kClick)
-    if (!pick(panes[pane_]->scene(), place(x, y).pixel))
-      tell(fmt::format("no body at {:.0f}, {:.0f}", x, y));
+  const bool is_click = button != MouseButton::middle && !held_.alt && moved_ < kClick;
+  if (grip_ == Grip::body) help = false;  // no longer needed, and it covers the picture
   let_go();
   grip_ = Grip::none;
+  if (is_click) plot_at(place(x, y));
   stale = true;
 }
 
@@ -139,10 +137,23 @@ void Desk::key(std::string_view name) {
   if (name == "p") use(Tool::pin, mouse_x_, mouse_y_);
   if (name == "b") use(Tool::ball, mouse_x_, mouse_y_);
   if (name == "c") compare(panes.size() > 1 ? std::nullopt : std::optional<Solver>(another()));
+  if (name == "g") measure_at(place(mouse_x_, mouse_y_));
+  if (name == "n") plot_at(place(mouse_x_, mouse_y_));
+  if (name == "j") next_at_end();
+  if (name == "y" && held_.shift) restart(), paused = false;
+  if (name == "y") wants_run = held_.shift ? RunWish::whole : RunWish::from_now;
+  if (name == "u") wants_tuned = true;
   if (name == "s") wants_picture = true;
   if (name == "v") wants_film = true;
   if (name == "q" || name == "escape") quits = true;
   camera_key(name);
+}
+
+void Desk::next_at_end() {
+  constexpr const char* kWords[] = {"goes on", "stops", "starts again"};
+  choices_.at_end = static_cast<AtEnd>((static_cast<int>(choices_.at_end) + 1) % 3);
+  tell(fmt::format("at {:.6g} s, the scene's duration, it {}", scene_.duration,
+                   kWords[static_cast<std::size_t>(choices_.at_end)]));
 }
 
 /// Keys that change only the display.
@@ -151,6 +162,7 @@ bool Desk::looks_key(std::string_view name) {
                      : name == "f"   ? &forces
                      : name == "w"   ? &wireframe
                      : name == "h"   ? &help
+                     : name == "a"   ? &states
                      : name == "tab" ? &panel
                                      : nullptr;
   if (!what) return false;
@@ -161,6 +173,11 @@ bool Desk::looks_key(std::string_view name) {
 void Desk::camera_key(std::string_view name) {
   if (name == "home") return reset_camera();
   if (name == "l") return toggle_follow();
+  const double side = held_.shift ? -1 : 1;
+  if (name == "e") return look_from({0, 0, side});
+  if (name == "d") return look_from({side, 0, 0});
+  if (name == "t") return look_from({0, side, 0});
+  if (name == "i") return look_from(glm::normalize(Vec3(1)));
   const double right = name == "left" ? -1 : name == "right" ? 1 : 0;
   const double down = name == "up" ? -1 : name == "down" ? 1 : 0;
   if (name == "+" || name == "-") orbit_.zoom(name == "+" ? 1 : -1);
@@ -210,6 +227,32 @@ void Desk::pin(const Place& at) {
     }
   if (!is_pinned) return tell(name + " is not dynamic and cannot be pinned");
   tell((*is_pinned ? "pinned " : "released ") + name);
+}
+
+/// Adds the point under the mouse to the gauge; nothing there clears it.
+void Desk::measure_at(const Place& at) {
+  const auto picked = pick(panes[at.pane]->scene(), at.pixel);
+  if (!picked && gauge.empty()) return tell("no body under the mouse to measure from");
+  if (!picked) return gauge.clear();
+  gauge.add({picked->body, picked->anchor});
+  tell(gauge.words(panes[at.pane]->scene()));
+}
+
+/// Chooses the object under the mouse for the plots.
+void Desk::plot_at(const Place& at) {
+  const World& world = panes[at.pane]->world();
+  const Entity found = find_object(panes[at.pane]->scene(), at.pixel);
+  if (!found) return tell(fmt::format("no body at {:.0f}, {:.0f}", mouse_x_, mouse_y_));
+  const std::string name = world.name_of(found);
+  for (const auto& pane : panes) {
+    const bool has = pane->world().is_alive(found) && pane->world().name_of(found) == name;
+    pane->focus.choose(pane->world(), has ? found : Entity{}, how_.h);
+  }
+  std::string all;
+  const Focus& focus = panes[at.pane]->focus;
+  for (const Plotted& p : focus.quantities())
+    all += (all.empty() ? "" : ", ") + short_name(focus, p);
+  tell("plots " + name + ": " + all);
 }
 
 void Desk::throw_ball(const Place& at) {

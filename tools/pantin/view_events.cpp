@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "engine/scene/json/words.hpp"
 #include "tools/pantin/program.hpp"
 #include "tools/pantin/view_session.hpp"
 
@@ -21,7 +22,10 @@ constexpr SDL_Keycode kKeyCodes[]{SDLK_SPACE, SDLK_PERIOD, SDLK_LEFTBRACKET, SDL
                                   SDLK_c,     SDLK_v,      SDLK_TAB,         SDLK_F5,
                                   SDLK_HOME,  SDLK_LEFT,   SDLK_RIGHT,       SDLK_UP,
                                   SDLK_DOWN,  SDLK_PAGEUP, SDLK_PAGEDOWN,    SDLK_PLUS,
-                                  SDLK_MINUS, SDLK_ESCAPE, SDLK_m,           SDLK_k};
+                                  SDLK_MINUS, SDLK_ESCAPE, SDLK_m,           SDLK_k,
+                                  SDLK_a,     SDLK_d,      SDLK_e,           SDLK_g,
+                                  SDLK_i,     SDLK_j,      SDLK_t,           SDLK_u,
+                                  SDLK_n,     SDLK_y};
 static_assert(std::size(kKeyCodes) == std::size(kKeys));
 constexpr std::uint8_t kButtonCodes[]{SDL_BUTTON_LEFT, SDL_BUTTON_MIDDLE, SDL_BUTTON_RIGHT};
 static_assert(std::size(kButtonCodes) == std::size(kButtons));
@@ -108,7 +112,7 @@ void Session::move_script_mouse(const ScriptEvent& event) {
   if (event.spot != Spot::body) return;
   const Pane& pane = *desk_.panes[0];
   const Entity body = body_of(pane.world(), event.name);
-  if (!body) return desk_.tell("no body is called " + event.name);
+  if (!body) return desk_.tell("no body is called " + event.name + " any more");
   const Pose& pose = pane.scene().pose_of(pane.world().bodies.slot(body));
   const Pose* origin = pane.world().origins.find(body);
   Vec3 local(0);
@@ -119,8 +123,12 @@ void Session::move_script_mouse(const ScriptEvent& event) {
 
 /// Events that no single user action produces are carried out directly.
 void Session::play(const ScriptEvent& event) {
-  if (event.act == Act::knob && !desk_.turn(event.name, event.x))
-    desk_.tell("there is no knob " + event.name);
+  if (event.act == Act::knob && !desk_.turn(event.name, event.x)) {
+    const std::vector<Knob> knobs = desk_.knobs();
+    std::vector<std::string_view> names;
+    for (const Knob& knob : knobs) names.push_back(knob.name);
+    desk_.tell("there is no knob " + event.name + hint(event.name, names));
+  }
   if (event.act == Act::open) desk_.open(event.name);
   if (event.act == Act::resize)
     window_->resize(static_cast<int>(std::lround(event.x)), static_cast<int>(std::lround(event.y)));

@@ -10,9 +10,6 @@ using namespace detail;
 
 namespace {
 
-constexpr std::size_t kMostMotors = 12;  // shown in the panel
-constexpr std::string_view kMotor = "motor ";
-
 /// An entry of SolverSettings.
 struct SettingRow {
   const char *name, *unit;
@@ -35,22 +32,6 @@ Vec3 way_down(const World& start) {
   return g > 0 ? start.gravity / g : Vec3(0, -1, 0);
 }
 
-JointMotor* motor_of(World& world, Entity joint) {
-  Link* link = world.links.find(joint);
-  if (!link || !link->joint.parameters.any()) return nullptr;
-  JointParameters& own = link->joint.parameters.edit();
-  if (own.rotation.motor.kind != MotorKind::none) return &own.rotation.motor;
-  return own.translation.motor.kind != MotorKind::none ? &own.translation.motor : nullptr;
-}
-
-const JointMotor* motor_of(const World& world, Entity joint) {
-  const Link* link = world.links.find(joint);
-  if (!link) return nullptr;
-  const JointParameters& own = *link->joint.parameters;
-  if (own.rotation.motor.kind != MotorKind::none) return &own.rotation.motor;
-  return own.translation.motor.kind != MotorKind::none ? &own.translation.motor : nullptr;
-}
-
 /// The present strength of the drives relative to the initial one.
 double muscles_now(const World& world, const World& start) {
   for (std::size_t i = 0; i < start.joint_drives.size(); ++i) {
@@ -65,38 +46,9 @@ void scale_muscles(const Knobbed& of, double by) {
   for (std::size_t i = 0; i < of.start.joint_drives.size(); ++i) {
     const JointDrive& was = of.start.joint_drives.values()[i];
     JointDrive* is = of.world.joint_drives.find(of.start.joint_drives.owners()[i]);
-    if (!is) continue;
+    if (!is || is->exact) continue;
     is->stiffness = by * was.stiffness, is->damping = by * was.damping;
     is->max_torque = was.max_torque < 1e100 ? by * was.max_torque : was.max_torque;
-  }
-}
-
-bool turn_motor(const Knobbed& of, std::string_view joint, double value) {
-  for (std::size_t i = 0; i < of.world.links.size(); ++i) {
-    const Entity e = of.world.links.owners()[i];
-    if (of.world.name_of(e) != joint) continue;
-    JointMotor* motor = motor_of(of.world, e);
-    if (motor) motor->target = value;
-    return motor != nullptr;
-  }
-  return false;
-}
-
-void add_motors(const World& world, const World& start, std::vector<Knob>& to) {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < world.links.size() && count < kMostMotors; ++i) {
-    const Entity e = world.links.owners()[i];
-    const JointMotor* motor = motor_of(world, e);
-    if (!motor) continue;
-    ++count;
-    const JointMotor* was = motor_of(start, e);
-    const double reach = std::max(2 * std::abs(was ? was->target : motor->target), 2 * kPi);
-    const Link& link = world.links.values()[i];
-    const bool turns = link.joint.parameters->rotation.motor.kind != MotorKind::none;
-    const bool speeds = motor->kind == MotorKind::velocity;
-    const char* unit = turns ? (speeds ? "rad/s" : "rad") : (speeds ? "m/s" : "m");
-    to.push_back({std::string(kMotor) + world.name_of(e), unit, KnobGroup::motors, motor->target,
-                  -reach, reach});
   }
 }
 
@@ -132,8 +84,8 @@ bool turn_world(const Knobbed& of, const std::string& name, double value) {
     of.world.gravity = std::clamp(value, -30.0, 30.0) * way_down(of.start);
   else if (name == "muscles")
     scale_muscles(of, std::clamp(value, 0.0, 10.0));
-  else if (name.rfind(kMotor, 0) == 0)
-    return turn_motor(of, std::string_view(name).substr(kMotor.size()), value);
+  else if (const auto knob = joint_knob(of.world, name))
+    return turn_joint_knob(of.world, *knob, value);
   else
     return turn_setting(of, name, value);
   return true;
@@ -148,9 +100,11 @@ std::vector<Knob> knobs_of(const World& world, const StepSettings& how, const Wo
       {"substeps", "", KnobGroup::world, static_cast<double>(how.substeps), 1, 64, true});
   knobs.push_back(
       {"gravity", "m/s2", KnobGroup::world, glm::dot(world.gravity, way_down(start)), -30, 30});
-  if (!start.joint_drives.empty())
+  const auto is_spring = [](const JointDrive& drive) { return !drive.exact; };
+  if (std::any_of(start.joint_drives.values().begin(), start.joint_drives.values().end(),
+                  is_spring))
     knobs.push_back({"muscles", "x", KnobGroup::motors, muscles_now(world, start), 0, 10});
-  add_motors(world, start, knobs);
+  add_joint_knobs(world, start, knobs);
   for (const SettingRow& row : kSettings) {
     const SolverSettings& s =
         world.settings.empty() ? world.default_settings : world.settings.values().front();

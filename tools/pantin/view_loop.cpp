@@ -1,6 +1,8 @@
 #include "tools/pantin/view_loop.hpp"
 
 #ifdef PANTIN_HAS_VIEW
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -115,6 +117,7 @@ SessionReport Session::run() {
 void Session::finish() {
   if (desk_.wants_picture) draw(), save();  // requested just before quitting
   end_film();
+  end_run();
   Pane& pane = *desk_.panes[0];
   for (const auto& each : desk_.panes) each->hand.let_go(each->world());
   if (desk_.status != "ok" && report_.exit_code == kOk)
@@ -130,6 +133,7 @@ void Session::finish() {
   report_.is_paused = desk_.paused, report_.speed = desk_.speed;
   report_.is_posing = desk_.is_posing();
   report_.has_panel = panel_ && desk_.width() < width_;
+  report_.plots = pane.focus.quantities();
   report_.restarts = desk_.restarts, report_.steps = pane.steps, report_.time = pane.world().time;
   report_.worst_gap = pane.worst_gap, report_.worst_gap_rel = pane.worst_gap_rel;
   report_.hash = state_hash(pane.world());
@@ -192,6 +196,7 @@ void Session::fit_window() {
 
 void Session::frame(double wall) {
   fit_window();
+  watch_run();
   desk_.advance(wall, most_steps());
   if (beats_++ % kLookEvery == 0) {
     const Entity before = desk_.under;
@@ -202,6 +207,10 @@ void Session::frame(double wall) {
   if (desk_.stale || desk_.wants_picture || film_ || is_busy) draw();
   if (desk_.wants_picture) save();
   if (desk_.wants_pose) keep_pose();
+  if (desk_.wants_tuned) keep_tuned();
+  const std::string title = fmt::format("{} - {:.1f} s - pantin", printable(desk_.scene().title),
+                                        desk_.panes[0]->world().time);
+  if (title != window_title_) window_->set_title(window_title_ = title);
   if (desk_.wants_film) toggle_film();
   film(wall);
 }

@@ -36,6 +36,7 @@ struct SessionReport {
   double frames_a_second = 0;                 // drawn, per second of wall time; 0 with a script
   std::uint64_t hash = 0;
   std::vector<Drag> drags;
+  std::vector<Plotted> plots;
   std::vector<std::string> saved, notes, findings, warnings;
   int exit_code = 0;
 };

@@ -38,7 +38,7 @@ void Pane::start(const World& from, const StepSettings& how) {
 }
 
 void Pane::begin(const World& from, const StepSettings& how) {
-  alarm.clear(), trace.clear(), trails = {};
+  alarm.clear(), trace.clear(), trails = {}, listener = nullptr;
   sim = Simulation::copy_of(from, how);
   sim.insert(Stage::before_drive, [this](World& world, Real) {
     hand.before_part(world, sim.settings.h / sim.settings.substeps);
@@ -46,6 +46,7 @@ void Pane::begin(const World& from, const StepSettings& how) {
   sim.insert(Stage::after_step, [this](World& world, Real h) { after_step(world, h); });
   if (chosen) set_solver(sim.world, *chosen);
   fraction = gap = step_cost = 0, is_behind = false;
+  if (!focus.name().empty()) focus.start(sim.world, how.h);
   place();
 }
 
@@ -87,6 +88,8 @@ void Pane::after_step(const World& world, Real h) {
   ++steps, simulated += h;
   trace.push({world.time, m.kinetic, m.potential, m.energy(), m.worst_gap, contact_forces(world),
               step_cost});
+  focus.sample(world);
+  if (listener) listener->after_step(world, m);
 }
 
 Advance Pane::advance(double seconds, int most) {

@@ -6,12 +6,19 @@
 
 #include "engine/render/trails.hpp"
 #include "engine/runtime/simulation.hpp"
+#include "tools/pantin/view_focus.hpp"
 #include "tools/pantin/view_hand.hpp"
 #include "tools/pantin/view_trace.hpp"
 
 namespace pantin::program {
 
 using namespace detail;
+
+/// Sees a run step by step.
+struct StepListener {
+  virtual ~StepListener() = default;
+  virtual void after_step(const World& world, const Measures& measures) = 0;
+};
 
 class Pane {
  public:
@@ -51,6 +58,8 @@ class Pane {
   std::vector<Pose> poses;  // as drawn, by slot
   std::optional<Solver> chosen;
   Trace trace;
+  Focus focus;
+  StepListener* listener = nullptr;  // until the run starts anew
   ContactTrails trails;
   std::string alarm;     // why the run stopped, until a restart
   double gap = 0;        // m, after the last step

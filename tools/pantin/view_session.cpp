@@ -5,10 +5,13 @@
 #include <chrono>
 #include <cstring>
 #include <filesystem>
+#include <utility>
 
 #include "engine/scene/json/text_file.hpp"
 #include "tools/pantin/assemble.hpp"
 #include "tools/pantin/program.hpp"
+#include "tools/pantin/states.hpp"
+#include "tools/pantin/view_tune.hpp"
 
 namespace pantin::program {
 
@@ -21,6 +24,8 @@ using Clock = std::chrono::steady_clock;
 constexpr double kFilmRate = 60;      // pictures per second
 constexpr std::uint8_t kSeam = 40;    // grey of the line between two panes
 constexpr double kMostFilmLag = 0.5;  // s: longest gap that a film fills with repeated pictures
+constexpr double kSlack = 1e-9;       // s
+constexpr double kForever = 1e300;    // s
 
 /// Copies a picture into a part of another.
 void place_image(const Image& from, Image& to, int left) {
@@ -68,8 +73,22 @@ void Session::draw_pane(std::size_t index, Image& to) {
     else
       overlay.legend.insert(overlay.legend.end(), more.begin(), more.end());
   }
+  std::vector<Vec3> colours;
+  if (desk_.states) {
+    colours = state_colours(pane.world());
+    const auto states = states_legend(pane.world());
+    overlay.legend.insert(overlay.legend.end(), states.begin(), states.end());
+  }
+  const std::vector<Vec3> measured = desk_.gauge.places(pane.scene());
+  overlay.doubts.insert(overlay.doubts.end(), measured.begin(), measured.end());
   if (desk_.panes.size() > 1) overlay.legend.clear();  // it would cover half of a pane
-  renderer_->draw({pane.world(), pane.poses, desk_.view(), &overlay, desk_.wireframe}, to);
+  renderer_->draw({.world = pane.world(),
+                   .poses = pane.poses,
+                   .view = desk_.view(),
+                   .overlay = &overlay,
+                   .wireframe = desk_.wireframe,
+                   .colours = colours},
+                  to);
 }
 
 /// Combines the panes side by side, and the panel.
@@ -141,6 +160,66 @@ void Session::keep_pose() {
                    : path + " is saved but does not load: " + again.errors().front().message);
 }
 
+/// Writes the changed knobs into the scene file, which is then read again.
+void Session::keep_tuned() {
+  desk_.wants_tuned = false;
+  if (desk_.turned().empty()) return desk_.tell("no slider was moved since the file was read");
+  const auto text = read_text(desk_.path(), SceneLimits{}.bytes, "a scene file");
+  if (!text) return desk_.tell(text.errors().front().message);
+  const TunedText tuned = with_knobs(*text, desk_.turned(), desk_.scene().world);
+  if (const int code = write_or_complain(desk_.path(), tuned.text); code != kOk) {
+    report_.exit_code = code, report_.status = "unwritable";
+    return desk_.tell("could not write " + desk_.path());
+  }
+  desk_.reload();
+  for (const std::string& line : tuned.shared) desk_.tell("wrote " + line);
+  for (const std::string& line : tuned.left) desk_.tell("did not write " + line);
+  if (tuned.left.empty()) desk_.tell("wrote the sliders into " + desk_.path());
+}
+
+/// Starts and ends the record of a run as requested, and where it can go on no longer.
+void Session::watch_run() {
+  const Pane& pane = *desk_.panes[0];
+  const RunWish wish = std::exchange(desk_.wants_run, RunWish::none);
+  const bool is_over = export_ && (pane.listener != export_.get() || export_->is_over());
+  if (is_over || (export_ && wish == RunWish::from_now)) return end_run();
+  if (wish != RunWish::none) start_run(wish);
+}
+
+/// Records the run of the first pane under the first free number.
+void Session::start_run(RunWish wish) {
+  std::string path;
+  std::size_t number = 0;
+  do {
+    path = free_name(choices_.frames, "run", ".csv", number++);
+    path.erase(path.size() - std::strlen(".csv"));
+  } while (std::filesystem::exists(path + ".glb"));
+  const bool is_whole = wish == RunWish::whole;
+  const double until = is_whole ? desk_.scene().duration + kSlack : kForever;
+  auto started = std::make_unique<RunExport>(path, until);
+  if (auto opened = started->open(desk_.scene(), *desk_.panes[0]); !opened) {
+    desk_.panes[0]->listener = nullptr;
+    return fail_file(path, opened.errors());
+  }
+  export_ = std::move(started);
+  desk_.tell("records " + path + (is_whole ? " up to the end of the scene" : "; y ends it"));
+}
+
+void Session::end_run() {
+  if (!export_) return;
+  desk_.panes[0]->listener = nullptr;
+  const auto ended = std::exchange(export_, nullptr);
+  if (auto done = ended->close(report_.saved); !done)
+    return fail_file(ended->path(), done.errors());
+  desk_.tell("saved " + ended->path() + ".csv and .glb");
+}
+
+/// A file that could not be written.
+void Session::fail_file(const std::string& path, const std::vector<Error>& errors) {
+  fail(errors, kUnwritable, "unwritable");
+  desk_.tell("could not write " + path);
+}
+
 void Session::toggle_film() {
   desk_.wants_film = false;
   if (film_) return end_film();
@@ -181,10 +260,7 @@ void Session::end_film() {
   if (!film_) return;
   auto done = film_->finish();
   film_.reset();
-  if (!done) {
-    fail(done.errors(), kUnwritable, "unwritable");
-    return desk_.tell("could not write " + film_path_);
-  }
+  if (!done) return fail_file(film_path_, done.errors());
   report_.saved.push_back(film_path_);
   desk_.tell("saved " + film_path_);
 }

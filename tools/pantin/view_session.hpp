@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/render/capture.hpp"
+#include "tools/pantin/view_export.hpp"
 #include "tools/pantin/view_loop.hpp"
 #include "tools/pantin/view_panel.hpp"
 #include "tools/pantin/view_window.hpp"
@@ -47,6 +48,11 @@ class Session {
   void compose();
   void save();
   void keep_pose();
+  void keep_tuned();
+  void watch_run();
+  void start_run(RunWish wish);
+  void end_run();
+  void fail_file(const std::string& path, const std::vector<Error>& errors);
   void toggle_film();
   void film(double wall);
   void end_film();
@@ -55,14 +61,16 @@ class Session {
   Desk desk_;
   std::unique_ptr<Renderer> renderer_;
   std::unique_ptr<Window> window_;
-  std::unique_ptr<Panel> panel_;   // null: this build has none
-  std::unique_ptr<Capture> film_;  // while recording
+  std::unique_ptr<Panel> panel_;       // null: this build has none
+  std::unique_ptr<Capture> film_;      // while recording
+  std::unique_ptr<RunExport> export_;  // while a run is recorded
   std::string film_path_;
   int film_width_ = 0, film_height_ = 0;
   double film_time_ = 0;  // s not yet filmed
   Image window_image_, pane_image_;
   SessionReport report_;
-  double draw_seconds_ = 0;             // wall time of a picture
+  double draw_seconds_ = 0;  // wall time of a picture
+  std::string window_title_;
   double watched_ = 0;                  // s since the file was checked
   double script_x_ = 0, script_y_ = 0;  // pixels
   std::uint64_t beats_ = 0;

@@ -1,6 +1,7 @@
 #pragma once
 // The data of the viewer's plots.
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 namespace pantin::program {
@@ -14,13 +15,19 @@ struct Sample {
   double cost = 0;                             // s, wall time of a step
 };
 
-/// A ring buffer of the samples of the last steps, oldest first. Never allocates.
-class Trace {
+/// One value of a chosen quantity; NaN where it has none.
+struct Value {
+  double time = 0, value = 0;  // s; in the unit of the quantity
+};
+
+/// A ring buffer of the data of the last steps, oldest first. Never allocates.
+template <class T>
+class Ring {
  public:
   static constexpr std::size_t kRoom = 300;
 
   void clear() { first_ = count_ = 0; }
-  void push(const Sample& sample) {
+  void push(const T& sample) {
     if (count_ < kRoom) {
       samples_[(first_ + count_++) % kRoom] = sample;
       return;
@@ -29,13 +36,15 @@ class Trace {
     first_ = (first_ + 1) % kRoom;
   }
   std::size_t size() const { return count_; }
-  const Sample& operator[](std::size_t i) const { return samples_[(first_ + i) % kRoom]; }
-  const Sample& last() const { return (*this)[count_ - 1]; }
+  const T& operator[](std::size_t i) const { return samples_[(first_ + i) % kRoom]; }
+  const T& last() const { return (*this)[count_ - 1]; }
 
  private:
-  std::array<Sample, kRoom> samples_{};
+  std::array<T, kRoom> samples_{};
   std::size_t first_ = 0, count_ = 0;
 };
+
+using Trace = Ring<Sample>;
 
 /// The smallest and the largest value of a quantity.
 struct Span {
@@ -45,11 +54,17 @@ struct Span {
     high = x > high ? x : high;
   }
 };
-/// Both are 0 for an empty trace.
-inline Span span_of(const Trace& trace, double Sample::*what) {
-  if (trace.size() == 0) return {};
-  Span span{trace[0].*what, trace[0].*what};
-  for (std::size_t i = 1; i < trace.size(); ++i) span.cover(trace[i].*what);
+/// Without the values that are not numbers; both are 0 if there are no others.
+template <class T>
+Span span_of(const Ring<T>& ring, double T::*what) {
+  Span span;
+  bool any = false;
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    const double x = ring[i].*what;
+    if (std::isnan(x)) continue;
+    if (!any) span = {x, x};
+    span.cover(x), any = true;
+  }
   return span;
 }
 

@@ -68,7 +68,9 @@ void lay_out_posing(Desk& desk) {
   bool poses = desk.is_posing();
   if (ImGui::Checkbox("pose mode", &poses)) desk.toggle_posing();
   ImGui::SameLine(112);
-  if (ImGui::Button("Keep the pose")) desk.wants_pose = true;
+  if (ImGui::Button("Keep pose")) desk.wants_pose = true;
+  ImGui::SameLine(190);
+  if (ImGui::Button("Keep sliders")) desk.wants_tuned = true;
 }
 
 void lay_out_looks(Desk& desk) {
@@ -109,7 +111,7 @@ void lay_out_body(const Desk& desk) {
   ImGui::BeginChild("body", {0, kLines * ImGui::GetTextLineHeightWithSpacing()});
   const auto lines = describe(desk.pane_at_mouse().world(), desk.under);
   if (lines.empty()) ImGui::TextDisabled("nothing yet: move the mouse over a body");
-  for (const std::string& text : lines) line(text);
+  for (const std::string& text : lines) ImGui::TextWrapped("%s", text.c_str());
   ImGui::EndChild();
 }
 
@@ -132,19 +134,23 @@ void lay_out_knobs(Desk& desk, const std::vector<Knob>& knobs, KnobGroup group) 
   for (const Knob& knob : knobs) {
     if (knob.group != group) continue;
     const std::string name = knob.name + (knob.unit.empty() ? "" : ", " + knob.unit);
-    ImGui::SetNextItemWidth(kNames);
+    // Long names stand above their sliders.
+    const bool is_above = name.size() > 20;
+    if (is_above) ImGui::TextWrapped("%s", name.c_str());
+    ImGui::SetNextItemWidth(is_above ? -1 : kNames);
     const ImGuiSliderFlags how =
         (knob.is_logarithmic ? ImGuiSliderFlags_Logarithmic : ImGuiSliderFlags_None) |
         ImGuiSliderFlags_AlwaysClamp;
+    const std::string shown = is_above ? "##" + name : name;
     double value = knob.value;
     bool turned = false;
     if (knob.is_whole) {
       int whole = static_cast<int>(value);
-      turned = ImGui::SliderInt(name.c_str(), &whole, static_cast<int>(knob.low),
+      turned = ImGui::SliderInt(shown.c_str(), &whole, static_cast<int>(knob.low),
                                 static_cast<int>(knob.high), "%d", how);
       value = whole;
     } else {
-      turned = ImGui::SliderScalar(name.c_str(), ImGuiDataType_Double, &value, &knob.low,
+      turned = ImGui::SliderScalar(shown.c_str(), ImGuiDataType_Double, &value, &knob.low,
                                    &knob.high, "%.4g", how);
     }
     if (turned) desk.turn(knob.name, value);
@@ -175,9 +181,11 @@ void lay_out(Desk& desk, const PanelClock& clock) {
   lay_out_looks(desk);
   lay_out_tools(desk);
   lay_out_posing(desk);
-  if (row_button("Picture", 2)) desk.wants_picture = true;
+  if (row_button("Picture", 3)) desk.wants_picture = true;
   ImGui::SameLine();
-  if (row_button("Film", 2)) desk.wants_film = true;
+  if (row_button("Film", 3)) desk.wants_film = true;
+  ImGui::SameLine();
+  if (row_button("Record", 3)) desk.wants_run = RunWish::from_now;
   const auto section = [](const char* name, ImGuiTreeNodeFlags how = ImGuiTreeNodeFlags_None) {
     return ImGui::CollapsingHeader(name, how);
   };
@@ -186,7 +194,7 @@ void lay_out(Desk& desk, const PanelClock& clock) {
   if (section("Findings", ImGuiTreeNodeFlags_DefaultOpen)) lay_out_findings(desk);
   const std::vector<Knob> knobs = desk.knobs();
   if (section("Step and gravity")) lay_out_knobs(desk, knobs, KnobGroup::world);
-  if (section("Motors and joint drives")) lay_out_knobs(desk, knobs, KnobGroup::motors);
+  if (section("Motors, drives, springs, limits")) lay_out_knobs(desk, knobs, KnobGroup::motors);
   if (section("Solver settings")) lay_out_knobs(desk, knobs, KnobGroup::solver);
   if (section("Scenes")) lay_out_scenes(desk);
 }

@@ -7,7 +7,7 @@ namespace pantin::program {
 /// Lays out everything in the current Dear ImGui window.
 void lay_out(Desk& desk, const PanelClock& clock);
 
-/// Plots of the recorded data; one colour for each pane.
-void lay_out_plots(const Desk& desk);
+/// Plots of the chosen object and of the recorded data; one colour for each pane.
+void lay_out_plots(Desk& desk);
 
 }  // namespace pantin::program

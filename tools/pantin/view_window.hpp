@@ -27,6 +27,7 @@ class Window {
   Result<Done> show(const Image& image);
   /// In pixels, as resized by the user.
   void size(int& width, int& height) const { SDL_GetWindowSize(window_, &width, &height); }
+  void set_title(const std::string& title) { SDL_SetWindowTitle(window_, title.c_str()); }
   void resize(int width, int height) { SDL_SetWindowSize(window_, width, height); }
   std::uint32_t id() const { return SDL_GetWindowID(window_); }
   /// SDL's video driver: x11, wayland, offscreen, dummy.
