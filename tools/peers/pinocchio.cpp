@@ -1,33 +1,21 @@
 // The chain in Pinocchio: the articulated-body algorithm in minimal coordinates.
-#include <algorithm>
 #include <iterator>
 #include <pinocchio/algorithm/aba.hpp>
-#include <pinocchio/algorithm/joint-configuration.hpp>
 #include <pinocchio/algorithm/kinematics.hpp>
 #include <pinocchio/config.hpp>
-#include <pinocchio/multibody.hpp>
 #include <string>
-#include <vector>
 
 #include "tools/peers/peer.hpp"
+#include "tools/peers/pinocchio_steps.hpp"
 
 namespace {
 
 using namespace pantin::peers;
 
-/// Joints that this program knows: fewer compile sooner, and are dispatched sooner.
-template <typename Scalar_, int Options_>
-struct Joints {
-  using Scalar = Scalar_;
-  static constexpr int Options = Options_;
-  using JointModelSpherical = pinocchio::JointModelSphericalTpl<Scalar, Options>;
-  using JointDataSpherical = pinocchio::JointDataSphericalTpl<Scalar, Options>;
-  using JointModelComposite = pinocchio::JointModelCompositeTpl<Scalar, Options, Joints>;
-  using JointDataComposite = pinocchio::JointDataCompositeTpl<Scalar, Options, Joints>;
-  using JointModelMimic = pinocchio::JointModelMimicTpl<Scalar, Options, Joints>;
-  using JointDataMimic = pinocchio::JointDataMimicTpl<Scalar, Options, Joints>;
-  using JointModelVariant = boost::variant<JointModelSpherical>;
-  using JointDataVariant = boost::variant<JointDataSpherical>;
+template <typename Scalar, int Options>
+struct Joints : JointSet<Scalar, Options, Joints> {
+  using JointModelVariant = boost::variant<pinocchio::JointModelSphericalTpl<Scalar, Options>>;
+  using JointDataVariant = boost::variant<pinocchio::JointDataSphericalTpl<Scalar, Options>>;
 };
 using Model = pinocchio::ModelTpl<double, 0, Joints>;
 using Data = pinocchio::DataTpl<double, 0, Joints>;
@@ -51,28 +39,6 @@ Model build(const Chain& chain) {
   return model;
 }
 
-/// An explicit Runge-Kutta method.
-struct Table {
-  int stages;
-  double a[7][6], b[7], lower[7];
-};
-constexpr Table kClassic{
-    4, {{}, {0.5}, {0, 0.5}, {0, 0, 1}}, {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6}, {}};
-/// [Dormand & Prince 1980]
-constexpr Table kPair{
-    7,
-    {{},
-     {1.0 / 5},
-     {3.0 / 40, 9.0 / 40},
-     {44.0 / 45, -56.0 / 15, 32.0 / 9},
-     {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
-     {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
-     {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84}},
-    {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84, 0},
-    {5179.0 / 57600, 0, 7571.0 / 16695, 393.0 / 640, -92097.0 / 339200, 187.0 / 2100, 1.0 / 40}};
-
-enum class Way { euler, rk4, rk54 };
-
 class PinocchioRun final : public Run {
  public:
   PinocchioRun(const Chain& chain, Way way, double setting)
@@ -80,36 +46,28 @@ class PinocchioRun final : public Run {
         way_(way),
         model_(build(chain)),
         data_(model_),
+        motion_(model_, 1.0 / (16 * kFrames)),
+        tau_(VectorXd::Zero(model_.nv)),
         tolerance_(way == Way::rk54 ? setting : 0),
-        steps_in_frame_(way == Way::rk54 ? 1 : static_cast<int>(setting)) {
-    for (VectorXd* x : {&v_, &from_v_, &turn_, &tau_}) x->setZero(model_.nv);
-    for (VectorXd& x : turn_rate_) x.setZero(model_.nv);
-    for (VectorXd& x : rate_) x.setZero(model_.nv);
-    reset();
-  }
+        steps_in_frame_(way == Way::rk54 ? 1 : static_cast<int>(setting)) {}
 
-  void reset() override {
-    q_ = from_q_ = next_q_ = pinocchio::neutral(model_);
-    v_.setZero();
-    try_ = 1.0 / (16 * kFrames);
-    counts_ = {};
-  }
+  void reset() override { motion_.reset(), evaluations_ = 0; }
 
   bool advance(int frames) override {
-    if (way_ == Way::rk54) return adapt(double(frames) / kFrames);
-    const long steps = long{frames} * steps_in_frame_;
-    const double h = 1.0 / (kFrames * steps_in_frame_);
-    counts_.steps += steps;
-    for (long i = 0; i < steps; ++i)
-      if (way_ == Way::euler)
-        euler(h);
-      else
-        q_.swap(from_q_), v_.swap(from_v_), runge_kutta(kClassic, h);
+    const auto accelerate = [&](double) -> const VectorXd& {
+      ++evaluations_;
+      // A tenth quicker than the local convention on chains.
+      return pinocchio::aba(model_, data_, motion_.q, motion_.v, tau_,
+                            pinocchio::Convention::WORLD);
+    };
+    if (way_ == Way::rk54) return motion_.adapt(double(frames) / kFrames, tolerance_, accelerate);
+    motion_.advance(way_, long{frames} * steps_in_frame_, 1.0 / (kFrames * steps_in_frame_),
+                    accelerate);
     return true;
   }
 
   void read(LinkState* links) override {
-    pinocchio::forwardKinematics(model_, data_, q_, v_);
+    pinocchio::forwardKinematics(model_, data_, motion_.q, motion_.v);
     for (std::size_t i = 0; i < static_cast<std::size_t>(chain_.links); ++i) {
       const pinocchio::SE3& at = data_.oMi[i + 1];
       const pinocchio::Motion& motion = data_.v[i + 1];  // in the link's axes, at its joint
@@ -124,103 +82,18 @@ class PinocchioRun final : public Run {
     }
   }
 
-  Counts counts() override { return counts_; }
+  Counts counts() override { return {motion_.steps, evaluations_}; }
 
  private:
-  const VectorXd& accelerate() {
-    ++counts_.evaluations;
-    // A tenth quicker than the local convention on chains.
-    return pinocchio::aba(model_, data_, q_, v_, tau_, pinocchio::Convention::WORLD);
-  }
-
-  void euler(double h) {
-    v_.noalias() += h * accelerate();
-    turn_.noalias() = h * v_;
-    pinocchio::integrate(model_, q_, turn_, next_q_);
-    q_.swap(next_q_);
-  }
-
-  /// The rate of the rotation vector `turn_` since the start of the step, whose end spins at `v_`
-  /// in its own axes: exact to the fifth order. [Munthe-Kaas 1999]
-  void turn_rates(VectorXd& rates) {
-    for (Eigen::Index i = 0; i < v_.size(); i += 3) {
-      const Vector3d u = turn_.segment<3>(i), w = v_.segment<3>(i), across = u.cross(w);
-      rates.segment<3>(i) = w + 0.5 * across + u.cross(across) / 12;
-    }
-  }
-
-  /// q_, v_ = from_q_, from_v_ and `h` times the weighted rates.
-  void combine(const double* weights, int count, double h) {
-    turn_.setZero();
-    v_ = from_v_;
-    for (int j = 0; j < count; ++j) {
-      if (weights[j] == 0) continue;
-      turn_.noalias() += h * weights[j] * turn_rate_[j];
-      v_.noalias() += h * weights[j] * rate_[j];
-    }
-    pinocchio::integrate(model_, from_q_, turn_, q_);
-  }
-
-  /// One step from from_q_, from_v_ to q_, v_.
-  void runge_kutta(const Table& t, double h) {
-    for (int i = 0; i < t.stages; ++i) {
-      if (i == 0)
-        q_ = from_q_, v_ = from_v_, turn_.setZero();
-      else
-        combine(t.a[i], i, h);
-      rate_[i] = accelerate();
-      turn_rates(turn_rate_[i]);
-    }
-    combine(t.b, t.stages, h);
-  }
-
-  /// The worst estimated error of a step, rad or rad/s, of any joint.
-  double error(double h) const {
-    double worst = 0;
-    for (Eigen::Index i = 0; i < v_.size(); i += 3) {
-      Vector3d turn(0, 0, 0), v(0, 0, 0);
-      for (int j = 0; j < kPair.stages; ++j) {
-        const double weight = h * (kPair.b[j] - kPair.lower[j]);
-        turn += weight * turn_rate_[j].segment<3>(i), v += weight * rate_[j].segment<3>(i);
-      }
-      worst = std::max({worst, turn.norm(), v.norm()});
-    }
-    return worst;
-  }
-
-  bool adapt(double span) {
-    double done = 0, h = std::min(try_, span);
-    while (done < span * (1 - 1e-12)) {
-      if (h < 1e-12) return false;
-      const bool last = done + h > span * (1 - 1e-12);
-      const double now = last ? span - done : h;
-      from_q_ = q_, from_v_ = v_;
-      runge_kutta(kPair, now);
-      ++counts_.steps;
-      const double e = error(now);
-      const double factor =
-          std::isfinite(e) ? 0.9 * std::pow(tolerance_ / std::max(e, 1e-300), 0.2) : 0.1;
-      if (e <= tolerance_) {
-        done += now;
-        if (!last || factor < 1) h = now * std::clamp(factor, 0.2, 5.0);
-      } else {
-        q_ = from_q_, v_ = from_v_;
-        h = now * std::clamp(factor, 0.1, 0.7);
-      }
-    }
-    try_ = h;
-    return true;
-  }
-
   Chain chain_;
   Way way_;
   Model model_;
   Data data_;
-  double tolerance_, try_ = 0;
+  Motion<Model> motion_;
+  VectorXd tau_;
+  double tolerance_;
   int steps_in_frame_;
-  VectorXd q_, v_, from_q_, from_v_, next_q_, turn_, tau_;
-  VectorXd turn_rate_[7], rate_[7];
-  Counts counts_;
+  long evaluations_ = 0;
 };
 
 template <Way way>

@@ -1,9 +1,8 @@
 // The chain in Simbody: minimal coordinates, quaternions, its own integrators.
-#include <Simbody.h>
-
 #include <iterator>
 
 #include "tools/peers/peer.hpp"
+#include "tools/peers/simbody_steps.hpp"
 
 namespace {
 
@@ -30,13 +29,8 @@ class SimbodyRun final : public Run {
     }
     start_ = system_.realizeTopology();
     system_.realizeModel(start_);
-    if (way == Way::merson) {
-      integrator_ = std::make_unique<SimTK::RungeKuttaMersonIntegrator>(system_);
-      integrator_->setAccuracy(setting);
-    } else {
-      integrator_ =
-          std::make_unique<SimTK::SemiExplicitEulerIntegrator>(system_, 1 / (kFrames * setting));
-    }
+    integrator_ = way == Way::merson ? integrator_within(system_, setting)
+                                     : integrator_of(system_, 1 / (kFrames * setting));
     reset();
   }
 
@@ -50,14 +44,7 @@ class SimbodyRun final : public Run {
   bool advance(int frames) override {
     frame_ += frames;
     const double until = double(frame_) / kFrames;
-    try {
-      // As a scheduled time and not as one of report: it is stepped to, not interpolated.
-      while (integrator_->getTime() < until)
-        if (integrator_->stepTo(until, until) == SimTK::Integrator::EndOfSimulation) return false;
-    } catch (const std::exception&) {
-      return false;
-    }
-    return true;
+    return advance_to(*integrator_, until);
   }
 
   void read(LinkState* links) override {

@@ -30,15 +30,16 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "tools/peers/bodies/jolt/spelt.hpp"
 #include "tools/peers/bodies/motion.hpp"
+#include "tools/peers/bodies/spelt.hpp"
 
 namespace {
 
 using namespace JPH;
 using namespace pantin::peers;
 
-constexpr float kFrame = 1.0f / 60;
+/// The settings that it comes with, or those for long chains of its manual, and no limits of speed.
+enum class Chosen { defaults, accurate };
 
 Vec3 vec(const Three& v) { return Vec3(v[0], v[1], v[2]); }
 RVec3 place(const Three& v) { return RVec3(Real(v[0]), Real(v[1]), Real(v[2])); }
@@ -139,7 +140,8 @@ Ref<Shape> shape_of(const SpeltBody& b) {
 
 // ---- Bodies ------------------------------------------------------------------------------------
 
-Body* add_body(const SpeltBody& b, const CollisionGroup& group, BodyInterface& bodies) {
+Body* add_body(const SpeltBody& b, const CollisionGroup& group, BodyInterface& bodies,
+               Chosen chosen) {
   const EMotionType motion = b.motion == "dynamic" ? EMotionType::Dynamic
                              : b.motion == "fixed" ? EMotionType::Static
                                                    : EMotionType::Kinematic;
@@ -150,6 +152,7 @@ Body* add_body(const SpeltBody& b, const CollisionGroup& group, BodyInterface& b
   settings.mFriction = b.friction, settings.mRestitution = b.restitution;
   settings.mGravityFactor = b.gravity;
   settings.mCollisionGroup = group;
+  if (chosen == Chosen::accurate) settings.mMaxAngularVelocity = settings.mMaxLinearVelocity = 1e6f;
   settings.mOverrideMassProperties = EOverrideMassProperties::MassAndInertiaProvided;
   settings.mMassPropertiesOverride.mMass = b.mass;
   settings.mMassPropertiesOverride.mInertia = Mat44::sScale(vec(b.inertia));
@@ -298,19 +301,26 @@ Ref<Constraint> build(const SpeltCable& c, Body& a, Body& b) {
 
 // ---- The run -----------------------------------------------------------------------------------
 
+PhysicsSettings settings_of(Chosen chosen) {
+  PhysicsSettings settings;
+  if (chosen == Chosen::accurate) settings.mNumVelocitySteps = 50, settings.mNumPositionSteps = 10;
+  return settings;
+}
+
 class Run {
  public:
-  Run(const Spelt& scene, int steps) : scene_(scene), steps_(steps), pairs_(scene) {
+  Run(const Spelt& scene, int steps, Chosen chosen) : scene_(scene), steps_(steps), pairs_(scene) {
     const auto count = static_cast<uint>(scene.bodies.size());
     system_.Init(count + 16, 0, 65536, 32768, broad_, lower_, pairs_);
+    system_.SetPhysicsSettings(settings_of(chosen));
     system_.SetGravity(vec(scene.gravity));
     Ref<GroupFilterTable> jointed = new GroupFilterTable(count);
     for (const SpeltJoint& j : scene.joints)
       if (j.a >= 0 && j.b >= 0 && j.a != j.b)
         jointed->DisableCollision(static_cast<uint>(j.a), static_cast<uint>(j.b));
     for (uint i = 0; i < count; ++i)
-      bodies_.push_back(
-          add_body(scene.bodies[i], CollisionGroup(jointed, 0, i), system_.GetBodyInterface()));
+      bodies_.push_back(add_body(scene.bodies[i], CollisionGroup(jointed, 0, i),
+                                 system_.GetBodyInterface(), chosen));
     for (const SpeltJoint& j : scene.joints) {
       joints_.push_back(build(j, body(j.a), body(j.b)));
       system_.AddConstraint(joints_.back().constraint);
@@ -319,16 +329,16 @@ class Run {
     system_.OptimizeBroadPhase();
   }
 
-  void step(std::size_t frame) {
+  void step(std::size_t part) {
     BodyInterface& all = system_.GetBodyInterface();
     for (std::size_t i = 0; i < bodies_.size(); ++i)
-      if (const std::vector<SpeltPose>& path = scene_.bodies[i].path; frame < path.size())
-        all.MoveKinematic(bodies_[i]->GetID(), place(path[frame].position),
-                          quat(path[frame].rotation), kFrame);
+      if (const std::vector<SpeltPose>& path = scene_.bodies[i].path; part < path.size())
+        all.MoveKinematic(bodies_[i]->GetID(), place(path[part].position),
+                          quat(path[part].rotation), h_);
     for (std::size_t i = 0; i < joints_.size(); ++i)
       if (const std::vector<Four>& targets = scene_.joints[i].drive.targets; !targets.empty())
-        joints_[i].aim(targets[std::min(frame, targets.size() - 1)]);
-    system_.Update(kFrame, steps_, &memory_, &jobs_);
+        joints_[i].aim(targets[std::min(part, targets.size() - 1)]);
+    system_.Update(h_, steps_, &memory_, &jobs_);
   }
 
   void read(Frame& to) const {
@@ -355,6 +365,7 @@ class Run {
 
   const Spelt& scene_;
   int steps_;
+  float h_ = 1.0f / float(scene_.rate * scene_.parts);  // s
   BroadPhaseLayers broad_;
   LayersOfBroadPhase lower_;
   PairsOfLayers pairs_;
@@ -369,9 +380,14 @@ class Run {
 
 int main(int count, char** words) {
   Spelt scene;
-  const int steps = count == 4 ? std::max(1, std::atoi(words[3])) : 0;  // 0: 1
+  const Chosen chosen =
+      count == 5 && std::string(words[4]) == "best" ? Chosen::accurate : Chosen::defaults;
+  const int steps =
+      count == 4 || chosen == Chosen::accurate ? std::max(1, std::atoi(words[3])) : 0;  // 0: 1
   if (steps == 0 || !read_spelt(words[1], scene)) {
-    std::fputs("usage: peers_jolt SPELT OUT STEPS     collision steps of a frame\n", stderr);
+    std::fputs(
+        "usage: peers_jolt SPELT OUT STEPS [best]     collision steps of a part of a frame\n",
+        stderr);
     return 2;
   }
   RegisterDefaultAllocator();
@@ -383,20 +399,22 @@ int main(int count, char** words) {
   std::snprintf(told, sizeof told, "%d.%d.%d", JPH_VERSION_MAJOR, JPH_VERSION_MINOR,
                 JPH_VERSION_PATCH);
   out.tell("version", told);
-  const PhysicsSettings defaults;
-  std::snprintf(
-      told, sizeof told,
-      "defaults (%u velocity, %u position iterations), %d collision step%s a frame, 1 thread",
-      defaults.mNumVelocitySteps, defaults.mNumPositionSteps, steps, steps == 1 ? "" : "s");
+  const PhysicsSettings settings = settings_of(chosen);
+  std::snprintf(told, sizeof told,
+                "%s (%u velocity, %u position iterations), %d collision step%s a frame, 1 thread",
+                chosen == Chosen::accurate ? "no limits of speed" : "defaults",
+                settings.mNumVelocitySteps, settings.mNumPositionSteps, steps * scene.parts,
+                steps * scene.parts == 1 ? "" : "s");
   out.tell("settings", told), out.tell("built", PANTIN_PEERS_FLAGS);
   for (const std::string& what : scene.unknown) out.tell("without", what);
   out.begin(scene.bodies.size());
   {
-    Run run(scene, steps);
+    Run run(scene, steps, chosen);
     Frame frame;
     for (int i = 0; i < scene.frames; ++i) {
       const double before = cpu_ms();
-      run.step(static_cast<std::size_t>(i));
+      for (int part = i * scene.parts; part < (i + 1) * scene.parts; ++part)
+        run.step(static_cast<std::size_t>(part));
       frame.ms = cpu_ms() - before;
       run.read(frame);
       out.add(frame);

@@ -1,11 +1,9 @@
 // A scene in Rapier, as its guide shows it: one step of 1/60 s a frame on one thread, impulse
 // joints, settings as they come, masses and inertias those of the scene.
 //
-// usage: peers_rapier SPELT OUT ITERATIONS     of the solver in a frame; 0: those it comes with
+// usage: peers_rapier SPELT OUT ITERATIONS     of the solver in a step; 0: those it comes with
 use rapier3d::prelude::*;
 use std::io::Write;
-
-const FRAME: f32 = 1.0 / 60.0;
 
 /// The numbers of a line, one after the other.
 struct Words<'a>(std::str::SplitWhitespace<'a>);
@@ -51,6 +49,8 @@ struct Drive {
 struct Scene {
     world: PhysicsWorld,
     frames: usize,
+    rate: usize,  // frames of a second
+    parts: usize, // steps of a frame
     touch: Vec<u32>,
     bodies: Vec<RigidBodyHandle>,
     still: RigidBodyHandle, // what stands for the world where a joint holds to it
@@ -70,7 +70,7 @@ impl Scene {
         let mut world = PhysicsWorld::new();
         let still = world.insert_body(RigidBodyBuilder::fixed());
         let mut scene = Scene {
-            world, frames: 0, touch: vec![], bodies: vec![], still, joints: vec![], kinds: vec![],
+            world, frames: 0, rate: 60, parts: 1, touch: vec![], bodies: vec![], still, joints: vec![], kinds: vec![],
             friction: 0.0, restitution: 0.0, layer: -1, drives: vec![], paths: vec![],
             without: vec![],
         };
@@ -80,6 +80,8 @@ impl Scene {
             match words.text() {
                 "gravity" => scene.world.gravity = words.vector(),
                 "frames" => scene.frames = words.whole() as usize,
+                "rate" => scene.rate = words.whole() as usize,
+                "parts" => scene.parts = words.whole() as usize,
                 "layers" => {
                     let count = words.whole() as usize;
                     assert!(count <= 32, "more than the 32 layers that Rapier has bits for");
@@ -239,14 +241,14 @@ impl Scene {
         self.world.insert_impulse_joint(a, b, rope.build());
     }
 
-    fn step(&mut self, frame: usize) {
+    fn step(&mut self, part: usize) {
         for (body, poses) in &self.paths {
-            if let Some(pose) = poses.get(frame) {
+            if let Some(pose) = poses.get(part) {
                 self.world.bodies[*body].set_next_kinematic_position(*pose);
             }
         }
         for drive in &self.drives {
-            let q = drive.targets[frame.min(drive.targets.len() - 1)];
+            let q = drive.targets[part.min(drive.targets.len() - 1)];
             let angle = 2.0 * q.x.atan2(q.w);
             let angle = angle - (angle / std::f32::consts::TAU).round() * std::f32::consts::TAU;
             let joint = self.world.impulse_joints.get_mut(drive.joint, true).expect("a joint");
@@ -290,13 +292,14 @@ fn main() -> std::io::Result<()> {
     if iterations > 0 {
         scene.world.integration_parameters.num_solver_iterations = iterations;
     }
-    scene.world.integration_parameters.dt = FRAME;
+    scene.world.integration_parameters.dt =
+        1.0 / (scene.rate * scene.parts) as f32;
     let mut out = std::io::BufWriter::new(std::fs::File::create(&words[2])?);
     writeln!(out, "engine rapier\nversion 0.36.1\nbuilt opt-level 3")?;
     writeln!(
         out,
-        "settings defaults ({} solver iterations), impulse joints, 1 step a frame, 1 thread",
-        scene.world.integration_parameters.num_solver_iterations
+        "settings defaults ({} solver iterations), impulse joints, {} steps a frame, 1 thread",
+        scene.world.integration_parameters.num_solver_iterations, scene.parts
     )?;
     scene.without.sort();
     scene.without.dedup();
@@ -306,7 +309,9 @@ fn main() -> std::io::Result<()> {
     writeln!(out, "frames {}", scene.bodies.len())?;
     for frame in 0..scene.frames {
         let before = cpu_ms();
-        scene.step(frame);
+        for part in 0..scene.parts {
+            scene.step(frame * scene.parts + part);
+        }
         let ms = cpu_ms() - before;
         let (awake, numbers) = scene.state();
         for number in [ms, awake].iter().chain(&numbers) {

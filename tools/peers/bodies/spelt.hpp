@@ -1,6 +1,12 @@
 #pragma once
-/// Reads what write_plain() of plain.hpp writes; the words are told there. Nothing of pantin's or
-/// of an engine's is included.
+/// Reads what write_plain() of plain.hpp writes; the words are told there. tools/peers/motion has
+/// more:
+///
+///   rate COUNT        frames of a second; 60 if it is not said
+///   parts COUNT       steps of a frame; a path has a pose at the end of each
+///   sway BODY CENTRE3 AMPLITUDE3 FREQUENCY3 PHASE3    the same path as a formula
+///
+/// Nothing of pantin's or of an engine's is included.
 #include <array>
 #include <fstream>
 #include <sstream>
@@ -9,8 +15,8 @@
 
 namespace pantin::peers {
 
-using Three = std::array<float, 3>;
-using Four = std::array<float, 4>;  // a rotation: x, y, z, w
+using Three = std::array<double, 3>;
+using Four = std::array<double, 4>;  // a rotation: x, y, z, w
 
 struct SpeltPose {
   Three position{};
@@ -27,11 +33,11 @@ struct SpeltShape {
 struct SpeltBody {
   std::string name, motion;
   int layer = -1;
-  float mass = 0;
+  double mass = 0;
   Three inertia{};
   SpeltPose at;
   Three velocity{}, spin{};
-  float drag = 0, gravity = 1, friction = 0, restitution = 0;
+  double drag = 0, gravity = 1, friction = 0, restitution = 0;
   std::vector<SpeltShape> shapes;
   std::vector<SpeltPose> path;  // by frame
 };
@@ -58,22 +64,30 @@ struct SpeltJoint {
 struct SpeltCable {
   int a = -1, b = -1;
   Three anchor_a{}, anchor_b{};
-  float length = 0, compliance = 0;
+  double length = 0, compliance = 0;
+};
+
+/// A place on a curve: centre + amplitude sin(2 pi frequency t + phase), by axis.
+struct SpeltSway {
+  int body = -1;
+  Three centre{}, amplitude{}, frequency{}, phase{};  // m, Hz, rad
 };
 
 struct Spelt {
   Three gravity{};
-  int frames = 0;
+  int frames = 0, rate = 60;             // frames of a second
+  int parts = 1;                         // steps of a frame; paths have a pose for each
   std::vector<std::vector<bool>> touch;  // by layer
   std::vector<SpeltBody> bodies;
   std::vector<SpeltJoint> joints;
   std::vector<SpeltCable> cables;
+  std::vector<SpeltSway> sways;
   std::vector<std::string> unknown;
 };
 
 template <std::size_t N>
-std::istream& operator>>(std::istream& in, std::array<float, N>& v) {
-  for (float& x : v) in >> x;
+std::istream& operator>>(std::istream& in, std::array<double, N>& v) {
+  for (double& x : v) in >> x;
   return in;
 }
 inline std::istream& operator>>(std::istream& in, SpeltPose& p) {
@@ -116,6 +130,14 @@ inline bool read_spelt(const std::string& path, Spelt& to) {
       line >> to.gravity;
     } else if (word == "frames") {
       line >> to.frames;
+    } else if (word == "rate") {
+      line >> to.rate;
+    } else if (word == "parts") {
+      line >> to.parts;
+    } else if (word == "sway") {
+      SpeltSway s;
+      line >> s.body >> s.centre >> s.amplitude >> s.frequency >> s.phase;
+      to.sways.push_back(s);
     } else if (word == "layers") {
       read_layers(line, in, to);
     } else if (word == "body") {

@@ -1,0 +1,136 @@
+"""tools/peers/motion without any other engine: what it spells out, and how it compares."""
+import contextlib
+import importlib.machinery
+import importlib.util
+import io
+import json
+import math
+import pathlib
+import sys
+import tempfile
+import types
+import unittest
+
+ROOT = pathlib.Path(__file__).parents[2]
+sys.dont_write_bytecode = True
+loader = importlib.machinery.SourceFileLoader("motion", str(ROOT / "tools/peers/motion"))
+motion = importlib.util.module_from_spec(importlib.util.spec_from_loader("motion", loader))
+loader.exec_module(motion)
+spelt = sys.modules["spelt"]
+import verdict  # noqa: E402
+
+SCENE = {
+    "version": 1,
+    "bodies": [
+        {"name": "hand", "motion": "kinematic", "position": [1, 2, 0]},
+        {"name": "rod", "position": [1, 1.5, 0], "mass": 2, "inertia": [1, 2, 3], "drag": 0}],
+    "joints": [{"name": "pin", "kind": "hinge", "a": "hand", "b": "rod", "anchor": [1, 2, 0],
+                "axis": [0, 0, -2]}],
+    "paths": [{"body": "hand", "lissajous": {"amplitude": [0.5, 0, 0], "frequency": [2, 0, 0],
+                                             "phase_deg": [90, 0, 0]}}]}
+HALF = math.sqrt(0.5)
+
+
+class Spelt(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.path = pathlib.Path(folder.name, "scene.json")
+
+    def parts(self, **more):
+        self.path.write_text(json.dumps({**SCENE, **more}))
+        return motion.Parts(self.path)
+
+    def test_bodies_joints_and_paths_come_back(self):
+        start = {"hand": [1, 2, 0, 0, 0, 0, 1], "rod": [1, 1.5, 0, 0, 0, HALF, HALF]}
+        text = self.parts().spelt(start, 3, 4)
+        self.path.write_text(text)
+        scene = spelt.Scene(self.path)
+        self.assertEqual((scene.frames, scene.rate, scene.parts), (3, motion.RATE, 4))
+        self.assertEqual([(b.name, b.motion, b.mass) for b in scene.bodies],
+                         [("hand", "kinematic", 1), ("rod", "dynamic", 2)])
+        joint, = scene.joints
+        self.assertTrue(joint.is_hinge and scene.is_planar)
+        for found, wanted in ((joint.anchor, [1, 2, 0]), (joint.axis, [0, 0, -1])):
+            self.assertLess(math.dist(found, wanted), 1e-15)
+        words = next(line for line in text.splitlines() if line.startswith("joint")).split()
+        # Half a metre above a rod that is turned by a right angle about z is half a metre along its x.
+        self.assertLess(math.dist([float(w) for w in words[7:10]], [0.5, 0, 0]), 1e-15)
+        path = [float(w) for w in next(x for x in text.splitlines() if x.startswith("path")).split()[2:]]
+        self.assertEqual(len(path), 7 * 12)
+        for i in range(12):
+            x = 0.5 + 0.5 * math.cos(4 * math.pi * (i + 1) / (4 * motion.RATE))
+            self.assertLess(math.dist(path[7 * i:7 * i + 3], [x, 2, 0]), 1e-14)
+        self.assertEqual(scene.sway.centre[1:], [2, 0])
+        self.assertAlmostEqual(scene.sway.centre[0] + 0.5 * math.sin(scene.sway.phase[0]), 1)
+
+    def test_any_axis_is_turned_to(self):
+        for axis in ([1, 0, 0], [-1, 0, 0], [0, 3, 0], [0, 0, -1], [-5, 0.1, 0.2], [0.3, -0.4, 0.5]):
+            with self.subTest(axis):
+                turned, size = spelt.rotated(motion.turn_of_x(axis), [1, 0, 0]), math.hypot(*axis)
+                self.assertLess(math.dist(turned, [x / size for x in axis]), 1e-14)
+
+    def test_what_others_cannot_express_is_refused_by_name(self):
+        rod = SCENE["bodies"][1]
+        for more, told in (({"cables": [{}]}, '"cables"'),
+                           ({"bodies": [{**rod, "drag": 0.1}]}, "drag of rod"),
+                           ({"bodies": [{**rod, "velocity": [1, 0, 0]}]}, '"velocity" of rod'),
+                           ({"joints": [{**SCENE["joints"][0], "kind": "prismatic"}]}, "kind prismatic"),
+                           ({"paths": [{"body": "hand", "steady": {}}]}, "the path of hand")):
+            with self.subTest(told), self.assertRaises(SystemExit) as end:
+                self.parts(**more)
+            self.assertIn(told, str(end.exception))
+
+
+class Run(unittest.TestCase):
+    """A program that writes two frames of a body at rest, and ends with a code."""
+    WRITES = ("import struct, sys; open(sys.argv[2], 'wb').write(b'version 1\\nframes 1\\n' + "
+              "struct.pack('<30d', *[0.5, 1] + [0] * 13, *[0.5, 1] + [0] * 13)); ")
+
+    def status_of(self, ends):
+        with tempfile.TemporaryDirectory() as folder:
+            run = object.__new__(motion.Measured)
+            run.rows, run.folder, run.stem, run.frames = {}, pathlib.Path(folder), "scene", 2
+            run.options = types.SimpleNamespace(limit=1)
+            run.parts = types.SimpleNamespace(bodies={"rod": None}, sway=None)
+            run.moving, run.reference = ["rod"], {"rod": [[0, 0, 0]] * 3}
+            (run.folder / "spelt_1.txt").touch()
+            with contextlib.redirect_stderr(io.StringIO()):
+                run.run("ode", [sys.executable, "-c", self.WRITES + ends], "quick", 0)
+            row, = run.rows.values()
+            return row["status"], [round(cost, 9) for cost in row["costs"]]
+
+    def test_a_run_counts_only_if_its_program_ends_well(self):
+        self.assertEqual(self.status_of("sys.exit(0)"), ("ok", [7.5]))
+        self.assertEqual(self.status_of("sys.exit(4)"), ("failed", []))
+        self.assertEqual(self.status_of("import os; os.abort()"), ("failed", []))
+
+
+class Verdict(unittest.TestCase):
+    ROWS = [{"scene": "s", "engine": engine, "method": "m", "step_s": str(step), "tolerance": "",
+             "error_m": str(error), "cpu_ms_per_s": str(cost), "status": "ok"}
+            for engine, points in (("pantin", [(1, 1e-2, 2), (0.5, 1e-4, 8)]), ("peer", [(1, 1e-3, 3)]))
+            for step, error, cost in points]
+
+    def test_costs_between_two_steps_lie_on_the_line(self):
+        ladder = [(2, 1e-2), (8, 1e-4)]
+        for error, cost in ((1e-1, 2), (1e-2, 2), (1e-3, 4), (1e-4, 8), (1e-5, math.inf)):
+            self.assertAlmostEqual(verdict.cost_at(ladder, error), cost)
+        # A finer step that is worse encloses nothing.
+        self.assertEqual(verdict.cost_at([(2, 1e-4), (8, 1e-2)], 1e-3), 2)
+
+    def test_a_peer_that_is_ahead_is_ahead(self):
+        found = {error: (ours[0], other[0]) for _, error, ours, other in verdict.verdict(self.ROWS)}
+        self.assertEqual(found[0.1], (2, 3))
+        self.assertAlmostEqual(found[1e-3][0], 4)
+        self.assertEqual(found[1e-3][1], 3)
+        self.assertAlmostEqual(found[1e-4][0], 8)
+        self.assertEqual(found[1e-4][1], math.inf)
+
+    def test_failed_runs_are_no_choice(self):
+        rows = [{**r, "status": "diverged"} for r in self.ROWS]
+        self.assertEqual(verdict.ladders(rows, "s"), {})
+
+
+if __name__ == "__main__":
+    unittest.main()
