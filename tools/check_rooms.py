@@ -27,7 +27,7 @@ OWNERS = {
     "libdeflate.h": ["engine/render/", "tests/"],
     "SDL": ["tools/"],
     "box2d/": ["engine/solvers/planar/box2d_plane.cpp", "engine/solvers/planar/box2d_contacts.hpp", "tools/plane/",
-               "tests/modes/box2d_rod_test.cpp"],
+               "tests/modes/box2d_rod_test.cpp", "tools/peers/engines/box2d.cpp"],
     "imgui": ["tools/"],
     "pantin/": ["engine/pantin/", "demos/", "tests/", "tools/"],
     "CLI/": ["tools/pantin/command_line.cpp"],

@@ -17,7 +17,7 @@ base/job base/math base/result base/rotation base/fields contact/contact geometr
 render/capture render/renderer render/strip runtime/save runtime/simulation runtime/systems
 scene/scene world/body world/collision world/entity world/faults world/integrators
 world/findings world/joint_drive world/kinematic_path world/link world/look world/queries world/report
-world/settings world/store world/surface_contact world/timed_event world/world
+world/sensor world/settings world/store world/surface_contact world/timed_event world/world
 """.split()
 # Kinds of paths and events are public too, and no limit to how many there are.
 KINDS = {"engine/world/kinematic_path.hpp": "engine/world/paths/",
@@ -29,8 +29,10 @@ KINDS = {"engine/world/kinematic_path.hpp": "engine/world/paths/",
 # modes; lines to look at.
 # How surface joints are differentiated.
 # Assembly: its result, a length that is free, three kinds of targets, their handle, errors, and the assembler that follows them.
-MOST_HEADERS = 69
-MOST_TYPES = {"core": 143, "with scenes and pictures": 157}
+# Sensors: what one measures, and at which points. The motion of an exact drive: its law, its knots,
+# its value with derivatives.
+MOST_HEADERS = 70
+MOST_TYPES = {"core": 150, "with scenes and pictures": 164}
 
 TOKEN = re.compile(r"""
     (?P<namespace>\bnamespace\b\s*(?P<name>[\w:]*)\s*\{)
