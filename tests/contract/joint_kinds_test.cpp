@@ -3,6 +3,7 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <set>
+#include <utility>
 
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
@@ -48,8 +49,13 @@ Pair any_pair(JointKind kind, Random& dice, Real off) {
   s.joint.frames.set(frame_a, frame_b);
   s.joint.limits.edit().swing = {true, 1, 2};
   JointParameters& parameters = s.joint.parameters.edit();
-  for (const Parameter& p : info_of(kind).parameters) p.value(parameters) = dice.between(0.5, 1);
   parameters.custom = std::make_shared<SharedPoint>(s.joint.anchor_a, s.joint.anchor_b);
+  for (const Parameter& p : info_of(kind).parameters) {
+    const bool was_sound = info_of(kind).fault(s.joint) == nullptr;
+    const Real before = std::exchange(p.value(parameters), dice.between(0.5, 1));
+    // Some exclude each other.
+    if (was_sound && info_of(kind).fault(s.joint)) p.value(parameters) = before;
+  }
   info_of(kind).complete(parameters);
   s.a = placed(dice.in_cube(1), dice.rotation(), dice.in_cube(1), dice.in_cube(1));
   const Quat q = from_rotation_vector(off * dice.direction());
