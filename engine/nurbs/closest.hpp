@@ -38,6 +38,7 @@ class Wire {
 
   struct Leaf {
     Range t;
+    int span = 0;  // of the knots, by whose polynomials it is evaluated
     Vec3 centre{0};
     Real radius = 0;                        // m
     Real first = 0, second = 0, third = 0;  // as of a Leaf of a Face

@@ -105,11 +105,11 @@ Trim::Trim(const Face& face) {
                             -corner_ / width_};
   for (const Curve& loop : face.surface().trims) {
     const Wire& wire = loops_.emplace_back(transformed(loop, to_fractions));
-    bands_.emplace_back(wire);
     std::vector<Vec3>& corners = corners_.emplace_back();
     for (const Wire::Leaf& leaf : wire.leaves())
       corners.push_back(evaluate(wire.curve(), leaf.t.low, 0)[0]);
     corners.push_back(corners.front());
+    bands_.emplace_back(wire, corners);
     for (std::size_t i = 0; i < wire.leaves().size(); ++i) {
       const OnTrim middle{loops_.size() - 1, i, wire.leaves()[i].t.middle()};
       const Vec3 at = this->at(middle)[0];
@@ -121,13 +121,17 @@ Trim::Trim(const Face& face) {
   }
 }
 
-Trim::Bands::Bands(const Wire& loop) {
+Trim::Bands::Bands(const Wire& loop, const std::vector<Vec3>& corners) {
+  const auto heights = [&](std::size_t i) {
+    const Real sag = sag_of(loop.leaves()[i]) + kOn;
+    return Range{std::min(corners[i].y, corners[i + 1].y) - sag,
+                 std::max(corners[i].y, corners[i + 1].y) + sag};
+  };
   Real sum = 0;
   low_ = 1e300, high_ = -1e300;
-  for (const Wire::Leaf& leaf : loop.leaves()) {
-    sum += 2 * leaf.radius;
-    low_ = std::min(low_, leaf.centre.y - leaf.radius - kOn);
-    high_ = std::max(high_, leaf.centre.y + leaf.radius + kOn);
+  for (std::size_t i = 0; i < loop.leaves().size(); ++i) {
+    const Range y = heights(i);
+    sum += y.width(), low_ = std::min(low_, y.low), high_ = std::max(high_, y.high);
   }
   // Few enough that all lists together have some five entries a part.
   const Real parts = static_cast<Real>(loop.leaves().size());
@@ -136,9 +140,9 @@ Trim::Bands::Bands(const Wire& loop) {
   std::vector<std::vector<std::uint32_t>> lists(static_cast<std::size_t>(bands));
   begin_.assign(lists.size() + 1, 0);
   for (std::size_t i = 0; i < loop.leaves().size(); ++i) {
-    const Wire::Leaf& leaf = loop.leaves()[i];
-    const std::size_t last = band_of(leaf.centre.y + leaf.radius + kOn);
-    for (std::size_t k = band_of(leaf.centre.y - leaf.radius - kOn); k <= last; ++k)
+    const Range y = heights(i);
+    const std::size_t last = band_of(y.high);
+    for (std::size_t k = band_of(y.low); k <= last; ++k)
       lists[k].push_back(static_cast<std::uint32_t>(i));
   }
   for (std::size_t k = 0; k < lists.size(); ++k) {
@@ -164,12 +168,18 @@ bool Trim::surrounds(std::size_t number, Vec3 p, bool& is_on) const {
   const std::vector<Vec3>& corners = corners_[number];
   for (const std::uint32_t i : bands_[number].between(p.y, p.y)) {
     const Wire::Leaf& leaf = loop.leaves()[i];
-    // The ray from p along x does not meet its ball.
-    if (std::abs(leaf.centre.y - p.y) > leaf.radius + kOn ||
-        leaf.centre.x + leaf.radius + kOn < p.x)
+    const Vec3 &a = corners[i], &b = corners[i + 1];
+    const Real sag = sag_of(leaf);
+    // The ray from p along x does not meet it.
+    if (std::max(a.x, b.x) + sag + kOn < p.x || std::max(a.y, b.y) + sag + kOn < p.y ||
+        std::min(a.y, b.y) - sag - kOn > p.y)
       continue;
-    PartTest test{loop.curve(), loop.knots().span_at(leaf.t.middle()), p};
-    winding += test.winding({leaf.t, {corners[i], corners[i + 1]}, sag_of(leaf)});
+    if (std::min(a.x, b.x) - sag - kOn > p.x) {  // so it is farther from its chord than its curve
+      winding += crossing(a, b, p);
+      continue;
+    }
+    PartTest test{loop.curve(), leaf.span, p};
+    winding += test.winding({leaf.t, {a, b}, sag});
     if (test.is_on) return is_on = true;
   }
   return winding != 0;
@@ -212,15 +222,14 @@ OnTrim Trim::beside(Real u, Real v) const {
 
 OnTrim Trim::on(std::size_t loop, Real t) const {
   const std::vector<Wire::Leaf>& leaves = loops_[loop].leaves();
-  OnTrim place{loop, 0, t};
-  while (place.leaf + 1 < leaves.size() && leaves[place.leaf].t.high < t) ++place.leaf;
-  return place;
+  const auto at = std::lower_bound(leaves.begin(), leaves.end() - 1, t,
+                                   [](const Wire::Leaf& leaf, Real x) { return leaf.t.high < x; });
+  return {loop, static_cast<std::size_t>(at - leaves.begin()), t};
 }
 
 CurveDerivatives Trim::at(const OnTrim& place) const {
   const Wire& loop = loops_[place.loop];
-  const int span = loop.knots().span_at(loop.leaves()[place.leaf].t.middle());
-  CurveDerivatives c = evaluate_on(loop.curve(), span, place.t, 2);
+  CurveDerivatives c = evaluate_on(loop.curve(), loop.leaves()[place.leaf].span, place.t, 2);
   for (Vec3& d : c) d *= width_;
   c[0] += corner_;
   return c;

@@ -73,7 +73,7 @@ class Trim {
   /// The parts of a loop by their height: those that a horizontal line may meet are in its band.
   class Bands {
    public:
-    explicit Bands(const Wire& loop);
+    Bands(const Wire& loop, const std::vector<Vec3>& corners);
     /// The parts in the bands between two heights; a part may be in several of them.
     std::span<const std::uint32_t> between(Real low, Real high) const;
 

@@ -8,8 +8,8 @@
 namespace pantin::detail::nurbs {
 namespace {
 
-constexpr int kDeepest = 8;  // halvings of a triangle's sides
-constexpr int kBisections = 32;
+constexpr int kDeepest = 8;    // halvings of a triangle's sides
+constexpr Real kExact = 1e-3;  // chords: how far a corner of a tile is within the trim at most
 constexpr Real kFine = 16;  // chords: triangles of this size are not cut for thin parts of a trim
 
 using Triangle = std::array<std::uint32_t, 3>;
@@ -75,7 +75,8 @@ class Clipper {
   }
   Vec3 last_kept(std::uint32_t in, std::uint32_t out) const {
     Vec3 low = uv(in), high = uv(out);
-    for (int round = 0; round < kBisections; ++round) {
+    Real length = glm::distance(tiles_.points[in], tiles_.points[out]);
+    for (; length > kExact * chord_; length /= 2) {
       const Vec3 middle = (low + high) / 2.0;
       (trim_.holds(middle.x, middle.y) ? low : high) = middle;
     }
@@ -84,16 +85,18 @@ class Clipper {
 
   /// Whether the chord that would cut a triangle leaves the loop, or parts may be missed.
   bool is_coarse(const Triangle& t) {
+    Real longest = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      longest =
+          std::max(longest, glm::distance(tiles_.points[t[k]], tiles_.points[t[(k + 1) % 3]]));
+    if (longest <= kFine * chord_) return false;
     Vec3 exits[2]{};
     int crossings = 0;
-    Real longest = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t a = t[k], b = t[(k + 1) % 3];
-      longest = std::max(longest, glm::distance(tiles_.points[a], tiles_.points[b]));
       if (is_in(a) == is_in(b)) continue;
       exits[crossings++ % 2] = uv(exit_of(a, b));
     }
-    if (longest <= kFine * chord_) return false;
     if (crossings == 0) return true;
     const Vec3 middle = (exits[0] + exits[1]) / 2.0;
     const Vec3 beside = trim_.at(trim_.beside(middle.x, middle.y))[0];

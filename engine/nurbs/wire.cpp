@@ -64,6 +64,7 @@ Wire::Wire(Curve curve) : curve_(std::move(curve)), size_(bounding_ball(curve_.p
         glm::length(evaluate(next.piece, leaf.t.middle(), 1)[1]) * leaf.t.width() / 2;
     if (leaf.second < 0.3 * speed || next.cuts == kMostCuts) {
       leaves_.push_back(leaf);
+      leaves_.back().span = curve_.knots.span_at(leaf.t.middle());
       balls.push_back({leaf.centre, leaf.radius});
       continue;
     }
@@ -121,7 +122,7 @@ class Search {
 // Newton's method within a range, with the parameter scaled to it.
 void Search::descend(const Wire::Leaf& leaf, Range range, Real t) {
   const Real width = range.width();
-  const int span = wire_.knots().span_at(leaf.t.middle());
+  const int span = leaf.span;
   Height h = height_at(span, t, width);
   for (int round = 0; round < kMostSteps; ++round) {
     const Real way = -h.slope / std::max(std::abs(h.bend), 1e-300), length = std::abs(way);
@@ -150,7 +151,7 @@ void Search::look_into(const Wire::Leaf& leaf) {
   std::size_t depth = 0;
   stack[depth++] = {leaf.t, 1};
   const Real reach = glm::distance(leaf.centre, p_) + leaf.radius;
-  const int span = wire_.knots().span_at(leaf.t.middle());
+  const int span = leaf.span;
   while (depth > 0) {
     const Open cell = stack[--depth];
     const Real t = cell.t.middle(), scale = cell.scale;
