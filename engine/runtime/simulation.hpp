@@ -41,12 +41,20 @@ struct StepSettings {
   ContactFilter filter = {};
   /// s: time in which a step should be computed; 0: as long as it takes.
   ///
+  /// What is jointed and does not collide gives way by its update rate: bodies joined to one
+  /// another stay where they are for up to three steps and then take one for all the time, those
+  /// with the smallest product of importance and waiting time first. So they never move by more
+  /// than four steps' way at once. StepReport::left_out tells how many wait. Those that a force
+  /// pushes or that were changed do not wait.
+  ///
   /// Bodies in contact give way, each group by its share of the time that is left: it takes fewer
   /// and longer substeps, with fewer sweeps. Joints stay closed, and no energy is added; contacts
-  /// are softer. StepReport::shortened and group_costs() tell what was given up. Everything else
-  /// takes its time. The result then depends on the clock, and is not repeatable.
+  /// are softer. StepReport::shortened and group_costs() tell what was given up. Both give way in
+  /// proportion to their cost. Everything else takes its time. The result then depends on the
+  /// clock, and is not repeatable.
   Real budget = 0;
-  /// Divides the budget; without it all groups have the same weight for their size.
+  /// Divides the budget, as by distance from the camera, with 0 for what is hidden; without it all
+  /// groups have the same weight for their size.
   Importance importance = {};
 };
 

@@ -4,6 +4,7 @@
 
 #include "engine/runtime/simulation.hpp"
 #include "engine/scene/scene.hpp"
+#include "engine/solvers/articulated/internal.hpp"
 #include "tests/paths.hpp"
 #include "tests/runtime/running.hpp"
 
@@ -84,4 +85,80 @@ TEST_CASE("budget: what matters less gives way first") {
   CHECK(shortened > 0);
   REQUIRE(sim.world.bodies.find(last) != nullptr);
   CHECK(is_finite(sim.world.bodies.find(last)->pose));
+}
+
+TEST_CASE("budget: what does not collide waits for three steps, then takes one for all", "") {
+  const World start = hung_chain(6).world;
+  StepSettings whole;
+  whole.h = 4.0 / 60;
+  StepSettings part = with_budget(kNoTime);
+  part.h = whole.h / 4;
+  Simulation once = Simulation::copy_of(start, whole), sim = Simulation::copy_of(start, part);
+  once.step();
+  // The first step is always taken.
+  World& w = sim.world;
+  w = once.world;
+  for (int n = 0; n < 20; ++n) {
+    once.step();
+    for (int i = 0; i < 4; ++i) {
+      const Pose before = w.bodies.values().back().pose;
+      const StepReport report = sim.step();
+      CHECK(report.left_out == (i < 3 ? 1 : 0));
+      CHECK(report.left_out_at == (i < 3 ? w.bodies.owners()[1] : Entity{}));
+      if (i < 3) CHECK(w.bodies.values().back().pose.position == before.position);
+    }
+    for (std::size_t i = 0; i < w.bodies.size(); ++i) {
+      const Body &a = w.bodies.values()[i], &b = once.world.bodies.values()[i];
+      CHECK(a.pose.position == b.pose.position);
+      CHECK(a.pose.rotation == b.pose.rotation);
+      CHECK(a.velocity == b.velocity);
+    }
+  }
+}
+
+TEST_CASE("budget: puppets that wait follow their strings, and jump by four steps at most", "") {
+  const World start = must(load_scene(asset("scenes/crowd.json"))).world;
+  StepSettings how = with_budget(kNoTime);
+  how.measure = how.watch = true;
+  Simulation late = Simulation::copy_of(start, how), sim = Simulation::copy_of(start, {});
+  const auto moved = [](Simulation& one, StepReport& report) {
+    std::vector<Vec3> before;
+    for (const Body& b : one.world.bodies.values()) before.push_back(b.pose.position);
+    report = one.step();
+    Real most = 0;
+    for (std::size_t i = 0; i < before.size(); ++i)
+      most = std::max(most, glm::distance(before[i], one.world.bodies.values()[i].pose.position));
+    return most;
+  };
+  Real apart = 0, farthest = 0, usual = 0;
+  int most = 0;
+  for (int n = 0; n < 120; ++n) {
+    StepReport report, other;
+    farthest = std::max(farthest, moved(late, report)), usual = std::max(usual, moved(sim, other));
+    REQUIRE(report.status == Status::ok);
+    most = std::max(most, report.left_out);
+    CHECK(report.measures.worst_gap < 1e-11);
+    for (std::size_t i = 0; i < start.bodies.size(); ++i)
+      apart = std::max(apart, glm::distance(late.world.bodies.values()[i].pose.position,
+                                            sim.world.bodies.values()[i].pose.position));
+  }
+  CHECK(most == 100);
+  for (const Finding& f : late.findings()) {  // their bars move on while they wait
+    CHECK(f.kind == FindingKind::cable_overlong);
+    CHECK(f.amount < 0.05);
+  }
+  CHECK(farthest < 4 * usual);
+  CHECK(apart < 0.1);
+}
+
+TEST_CASE("budget: what matters less, and waits for less time, waits first") {
+  detail::articulated::UpdateRates rates;
+  rates.cost = 2, rates.weight = 8;
+  rates.candidates = {{1, 2, 0, false}, {3, 3, 1, false}, {2, 1, 2, false}, {2, 2, 3, false}};
+  fit_into(9, rates);  // for a weight of 4.5
+  std::vector<std::uint32_t> waiting;
+  for (const auto& c : rates.candidates)
+    if (c.waits) waiting.push_back(c.island);
+  CHECK(waiting == std::vector<std::uint32_t>{3, 0});
+  CHECK(rates.weight == 4);
 }

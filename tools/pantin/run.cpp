@@ -56,6 +56,7 @@ struct Summary {
   std::vector<Vec3> velocities;       // of the previous step
   double energy_removed = 0;          // J, by the energy limiter
   std::uint64_t shortened_steps = 0;  // for the budget
+  int left_out = 0;                   // islands that took no step, at most
   double given_up = 0;                // at most, of the substeps of a group
   std::uint64_t limited_steps = 0, rescued_steps = 0, allocations = 0, timed_steps = 0;
   std::vector<double> step_seconds;
@@ -111,7 +112,8 @@ StepReport timed_step(Simulation& sim, double until, Summary& s) {
   s.worst_residual = std::max(s.worst_residual, report.worst_residual);
   s.most_sweeps = std::max(s.most_sweeps, report.sweeps_used);
   s.energy_removed += report.energy_removed;
-  s.shortened_steps += report.shortened > 0, s.given_up = std::max(s.given_up, report.given_up);
+  s.shortened_steps += report.shortened > 0, s.left_out = std::max(s.left_out, report.left_out);
+  s.given_up = std::max(s.given_up, report.given_up);
   s.limited_steps += report.limited > 0, s.rescued_steps += report.rescued > 0;
   s.worst_violation = std::max(s.worst_violation, m.worst_violation);
   s.worst_depth = std::max(s.worst_depth, report.worst_depth);
@@ -164,6 +166,7 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
   j["budget_ms"] = scene.budget_ms;
   j["shortened_steps"] = s.shortened_steps;
   j["given_up_max"] = s.given_up;
+  j["left_out_max"] = s.left_out;
   j["limited_steps"] = s.limited_steps;
   j["energy_removed_j"] = s.energy_removed;
   j["rescued_steps"] = s.rescued_steps;
@@ -261,6 +264,10 @@ void print_summary(const RunChoices& c, const Scene& scene, const Simulation& si
   if (s.shortened_steps > 0)
     fmt::print("  budget      substeps were left out in {} steps, at most {:.0f} % of a group's\n",
                s.shortened_steps, 100 * s.given_up);
+  if (s.left_out > 0)
+    fmt::print(
+        "  budget      up to {} islands at once were left out of a step, and took longer ones\n",
+        s.left_out);
   if (s.limited_steps > 0)
     fmt::print("  limited     {:.6g} J of energy were removed, in {} steps\n", s.energy_removed,
                s.limited_steps);

@@ -61,8 +61,9 @@ constexpr Key kScene[] = {
                         "Number of equal parts that each step is divided into.")
         .or_else(1),
     number<&S::budget_ms>("budget_ms", "ms", kNotNegative,
-                          "Time in which a step should be computed. Bodies in contact give way "
-                          "beyond it: fewer substeps, softer contacts. Results then depend on the "
+                          "Time in which a step should be computed. Beyond it jointed bodies "
+                          "that do not collide wait for up to three steps, and bodies in contact "
+                          "take fewer substeps. Results then depend on the "
                           "machine. 0: none.")
         .or_else(0),
     number<&Recipe::error>(

@@ -48,6 +48,20 @@ Rule rule_of(const Island& a);
 /// The free motion of the bodies over the step, into the work table (predict.cpp).
 void predict_motion(World& world, Island& a, Real h);
 
+/// Update rates in a step with a budget (update_rate.cpp). Sets Island::step of all that are awake:
+/// islands without colliders may be left out of up to three steps in a row, and then take one for
+/// all the time.
+void choose_steps(World& world, const StepTask& task);
+/// Lets those candidates wait that do not fit into `time`, s, the least urgent first.
+void fit_into(Real time, UpdateRates& r);
+/// Leaves an island out of the step.
+void leave_out(World& world, Island& a, Real h);
+/// Before and after the islands without contacts are stepped, and at the end of the substep: learns
+/// what they cost.
+void note_stepping(World& world, const StepTask& task);
+void note_stepped(World& world, const StepTask& task);
+void note_end(World& world, const StepTask& task);
+
 /// Sleep (sleep.cpp). Whether something wakes a sleeping island, after its targets are known.
 bool must_wake(const World& world, const Island& a);
 /// Wakes those islands that the caller, an anchor or gravity wakes.

@@ -18,6 +18,7 @@
 #include "engine/solvers/articulated/smooth/conserving_node.hpp"
 #include "engine/solvers/articulated/smooth/parted_step.hpp"
 #include "engine/solvers/articulated/smooth/tie.hpp"
+#include "engine/solvers/budget.hpp"
 #include "engine/solvers/islands.hpp"
 #include "engine/world/body.hpp"
 #include "engine/world/entity.hpp"
@@ -243,7 +244,8 @@ struct PackedCable {
   std::uint32_t cable = 0;  // slot in World::cables
   std::uint32_t column_a = UINT32_MAX, column_b = UINT32_MAX;
   std::uint32_t slot_a = 0, slot_b = 0;
-  Real lambda = 0;  // of the last step, kg m
+  Real lambda = 0;      // of the last step, kg m
+  Vec3 held_before{0};  // world: the kinematic end when the island was last stepped, if it is owed
 
   static void fields(auto& self, auto&& field) {
     field("cable", derived(self.cable));
@@ -252,6 +254,7 @@ struct PackedCable {
     field("slot_a", derived(self.slot_a));
     field("slot_b", derived(self.slot_b));
     field("lambda", self.lambda);
+    field("held_before", self.held_before);
   }
 };
 
@@ -302,6 +305,7 @@ struct IslandMemory {
   Vec3 asleep_gravity{0};    // gravity when it fell asleep, m/s^2
   bool fresh = true;         // no step was taken yet, or the state was reset
   Real last_step = 0;        // s
+  Real owed = 0;             // s: the steps since, which it was left out of (update_rate.cpp)
   bool has_targets = false;  // targets of roots and pins are known from the last step
   // Steps that do not conserve energy: bound on the energy, and scale of the motion.
   bool watched = false;
@@ -322,6 +326,7 @@ struct IslandMemory {
     field("asleep_gravity", self.asleep_gravity);
     field("fresh", self.fresh);
     field("last_step", self.last_step);
+    field("owed", self.owed);
     field("has_targets", self.has_targets);
     field("watched", self.watched);
     field("budget", self.budget);
@@ -331,6 +336,7 @@ struct IslandMemory {
 
 /// Decisions taken during the step.
 struct StepPlan {
+  Real step = 0;           // s, its length with what is owed; 0: it is left out
   bool forced = false;     // external forces act
   bool changed = false;    // the caller changed the motion
   bool finite = true;      // the prediction is finite
@@ -380,18 +386,34 @@ struct RestLists {
   std::uint64_t version = 0;           // Partition::rest_version then
 };
 
+/// What the islands without contacts cost, and which are left out of a step with a budget.
+struct UpdateRates {
+  struct Candidate {
+    Real urgency, weight;
+    std::uint32_t island;
+    bool waits;
+  };
+  std::vector<Candidate> candidates;
+  Real cost = 0;    // s, of a unit of weight
+  Real others = 0;  // s: of everything else in a substep, with all substeps of groups in contact
+  Real weight = 0;  // of the islands that are stepped
+  Clock::time_point began, stepping, stepped;
+};
+
 /// All islands of the articulated solver.
 struct Islands : IslandList<Island> {
   static constexpr std::string_view name = "articulated";  // in saved Worlds
   Scratch<RestLists> rest;
   Scratch<GroupScratch> groups;
   Scratch<CrowdScratch> crowd;
+  Scratch<UpdateRates> rates;
 
   static void fields(auto& self, auto&& field) {
     IslandList::fields(self, field);
     field("rest", derived(self.rest));
     field("groups", derived(self.groups));
     field("crowd", derived(self.crowd));
+    field("rates", derived(self.rates));
   }
 };
 

@@ -67,14 +67,15 @@ void notice_changes(World& world, Island& a, Real h) {
 
 void collect_forces(const World& world, Island& a) {
   a.forced = false;
+  const Real acts = 1 - a.owed / a.step;  // forces are those of the present step alone
   for (std::size_t c = 0; !world.forces.empty() && c < a.count(); ++c) {
     const Force* found = world.forces.find(a.bodies[c]);
     const Force f = found ? *found : Force{};
     // Components of earlier forces remain, with zero force.
     a.forced = a.forced || f.force != Vec3(0) || f.torque != Vec3(0);
     PANTIN_ASSERT(!a.scratch.forces.numbers().empty());
-    a.scratch.forces.set(0, c, f.force / a.constants.at(kMass, c));
-    a.scratch.forces.set(3, c, f.torque);
+    a.scratch.forces.set(0, c, acts * f.force / a.constants.at(kMass, c));
+    a.scratch.forces.set(3, c, acts * f.torque);
   }
 }
 

@@ -13,27 +13,36 @@ namespace {
 void predict(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
   const std::vector<std::uint32_t>& awake = rest_lists(world).awake;
-  for_each_island(awake.size(), task, [&](std::size_t i) { update(world, all[awake[i]], task.h); });
+  choose_steps(world, task);
+  for_each_island(awake.size(), task, [&](std::size_t i) {
+    Island& a = all[awake[i]];
+    a.step > 0 ? update(world, a, a.step) : leave_out(world, a, task.h);
+  });
 }
 
 /// Predicts islands that were compiled within the step.
 void catch_up(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
-  for (const std::uint32_t i : rest_lists(world).awake)
-    if (!all[i].scratch.predicted) update(world, all[i], task.h);
+  for (const std::uint32_t i : rest_lists(world).awake) {
+    Island& a = all[i];
+    if (!a.scratch.predicted) a.step = task.h + a.owed, update(world, a, a.step);
+  }
 }
 
 void adjust_all(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
   const std::vector<std::uint32_t>& awake = rest_lists(world).awake;
+  note_stepping(world, task);
   step_crowds(world, task);
   for_each_island(awake.size(), task, [&](std::size_t i) {
     Island& a = all[awake[i]];
     if (a.in_crowd) return;
     forget_result(a);
-    if (!a.in_group) adjust(world, a, task.h, a.lost);
+    if (!a.in_group && a.step > 0) adjust(world, a, a.step, a.lost);
   });
+  note_stepped(world, task);
   step_contact_groups(world, task);
+  note_end(world, task);
 }
 
 bool sleeps(const World& world, std::size_t island) { return islands_of(world)[island].asleep; }
@@ -111,8 +120,12 @@ void measure(const World& world, Measures& m) {
   }
 }
 
-/// What groups gave up for the budget.
+/// What islands and groups gave up for the budget.
 void report_costs(const World& world, StepReport& report) {
+  each_awake(world, [&](const Island& a) {
+    if (!(a.owed > 0)) return;
+    if (report.left_out++ == 0) report.left_out_at = a.bodies.front();
+  });
   for (const GroupCost& c : world.memory.of<Islands>().groups.costs) {
     if (c.substeps >= c.planned) continue;
     ++report.shortened;
@@ -143,7 +156,7 @@ void report(const World& world, StepReport& report) {
   const auto add = [&](const Island& a) {
     report.sweeps_used = std::max(report.sweeps_used, a.sweeps_used);
     report.stops_hit += a.stops_hit, report.drives_capped += a.drives_capped;
-    report_pins_and_cables(world, a, report);
+    if (a.owed == 0) report_pins_and_cables(world, a, report);
   };
   each_awake(world, [&](const Island& a) { report.asleep += a.asleep, add(a); });
   const RestLists& rest = world.memory.of<Islands>().rest;

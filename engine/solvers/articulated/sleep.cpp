@@ -194,6 +194,7 @@ void wake(World& world, Island& a, Real h) {
   rouse(world, a);
   std::vector<std::uint32_t>& awake = world.memory.of<Partition>().awake;
   awake.insert(awake.end(), a.slots.begin(), a.slots.begin() + std::ptrdiff_t(a.count()));
+  a.step = h;
   update(world, a, h);
 }
 

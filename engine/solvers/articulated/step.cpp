@@ -69,7 +69,7 @@ void remember_step(World& world, Island& a, Real h) {
   }
   count_turns(world, a);
   a.fresh = false;
-  a.last_step = h;
+  a.last_step = h, a.owed = 0;
 }
 
 bool close_by_sweeps(World& world, Island& a, Real h, Entity& lost) {

@@ -134,7 +134,7 @@ void begin_ties(const World& world, Island& a, const StepPart& part) {
       const std::uint32_t slot = has_b ? cable.slot_a : cable.slot_b;
       const Vec3 anchor = has_b ? s.anchor_a : s.anchor_b;
       if (slot != led) led = slot, led_before = pose_before(world, slot, part.whole);
-      place.before = to_world(led_before, anchor);
+      place.before = a.owed > 0 ? cable.held_before : to_world(led_before, anchor);
       place.after = point_on(world, slot, anchor);
       const Body& b = world.bodies.values()[slot];
       place.velocity = b.velocity + glm::cross(b.angular_velocity, b.pose.rotation * anchor);

@@ -294,7 +294,7 @@ void step_crowds(World& world, const StepTask& task) {
     if (!crowd.is_awake[island]) continue;
     Island& a = all.list[island];
     a.in_crowd = false;
-    if (a.asleep || a.in_group || a.forced || !a.conserves || !a.finite) continue;
+    if (a.asleep || a.step == 0 || a.in_group || a.forced || !a.conserves || !a.finite) continue;
     // A cable's compliance may have been changed.
     const std::vector<LaneTies::Tie>& ties = crowd.shapes[shape].ties;
     bool fits = true;
@@ -305,7 +305,7 @@ void step_crowds(World& world, const StepTask& task) {
     crowd.steps.push_back({&a, shape, {}});
   }
   for_each_island(crowd.steps.size(), task, [&](std::size_t i) {
-    crowd.steps[i].parts = begin_parts(world, *crowd.steps[i].island, task.h);
+    crowd.steps[i].parts = begin_parts(world, *crowd.steps[i].island, crowd.steps[i].island->step);
   });
   // Each round takes the next substep of every unfinished step.
   crowd.going.clear();

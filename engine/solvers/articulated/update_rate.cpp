@@ -1,0 +1,138 @@
+// Islands that are left out of a step, so that it ends within its budget. An island without
+// colliders can wait: the energy-momentum method is stable at any step, so it later takes one step
+// for all the time. Games know this as update rate optimisation.
+#include <algorithm>
+
+#include "engine/base/check.hpp"
+#include "engine/solvers/articulated/articulated.hpp"
+#include "engine/solvers/articulated/internal.hpp"
+#include "engine/solvers/solver.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+/// Most steps in a row that an island is left out of.
+constexpr int kMostLeftOut = 3;
+
+Real seconds(Clock::time_point from, Clock::time_point to) {
+  return std::chrono::duration<Real>(to - from).count();
+}
+
+/// Relative cost of a step: joints that constrain rotations cost severalfold (see README.md).
+Real weight_of(const Island& a) {
+  return static_cast<Real>((a.joints.empty() ? 1 : 4) * a.count() + 2 * tie_count(a));
+}
+
+/// Whether the caller changed a body, or a force acts on it.
+bool is_disturbed(const World& world, const Island& a, std::size_t c) {
+  const Body& b = world.bodies.values()[a.slots[c]];
+  if (b.restart || b.teleport) return true;
+  const Force* f = world.forces.empty() ? nullptr : world.forces.find(a.bodies[c]);
+  return f && (f->force != Vec3(0) || f->torque != Vec3(0));
+}
+
+/// Whether an island may be left out: nothing collides with it, and what moves it are anchors whose
+/// points at its last step are known.
+bool can_wait(const World& world, const Island& a, Real h) {
+  if (a.settings.solver != Solver::articulated || a.fresh || a.unfit || !a.rests.empty() ||
+      a.owed > (kMostLeftOut - 0.5) * h)
+    return false;
+  for (std::size_t c = 0; c < a.count(); ++c)
+    if (is_disturbed(world, a, c)) return false;
+  const auto body = [&](std::uint32_t slot) { return &world.bodies.values()[slot]; };
+  for (const Tree& t : a.trees) {
+    if (t.held_body == kNoSlot) continue;
+    const Body& held = *body(t.held_body);
+    if (held.teleport || (held.motion == Motion::kinematic && !a.joints.empty())) return false;
+  }
+  for (const PackedPin& p : a.pins)
+    if (p.held_body != kNoSlot && body(p.held_body)->teleport) return false;
+  for (const PackedCable& k : a.cables)
+    if (body(k.slot_a)->teleport || body(k.slot_b)->teleport) return false;
+  return true;
+}
+
+}  // namespace
+
+void fit_into(Real time, UpdateRates& r) {
+  std::sort(r.candidates.begin(), r.candidates.end(),
+            [](const UpdateRates::Candidate& a, const UpdateRates::Candidate& b) {
+              return a.urgency != b.urgency ? a.urgency > b.urgency : a.island < b.island;
+            });
+  for (UpdateRates::Candidate& c : r.candidates) {
+    time -= r.cost * c.weight;
+    c.waits = time < 0;
+    if (c.waits) r.weight -= c.weight;
+  }
+}
+
+void choose_steps(World& world, const StepTask& task) {
+  Islands& all = world.memory.of<Islands>();
+  UpdateRates& r = all.rates;
+  const std::vector<std::uint32_t>& awake = rest_lists(world).awake;
+  for (const std::uint32_t i : awake) all.list[i].step = task.h + all.list[i].owed;
+  if (!task.budget) return;
+  const auto& importance = task.budget->importance;
+  r.began = Clock::now();
+  r.candidates.clear(), r.candidates.reserve(all.list.size());
+  r.weight = 0;
+  Real must = 0;
+  for (const std::uint32_t i : awake) {
+    const Island& a = all.list[i];
+    if (a.in_group) continue;  // most likely again
+    const Real weight = weight_of(a);
+    r.weight += weight;
+    if (!can_wait(world, a, task.h)) {
+      must += weight;
+      continue;
+    }
+    const Real matters =
+        importance && *importance ? std::max(Real(0), (*importance)(a.bodies.front())) : 1;
+    r.candidates.push_back({matters * a.step, weight, i, false});
+  }
+  const Real whole = r.cost * r.weight, time = seconds(r.began, task.budget->until);
+  if (whole + r.others <= time) return;
+  // Their part of the time is that of their cost.
+  fit_into(time * (whole > 0 ? whole / (whole + r.others) : 1) - r.cost * must, r);
+  for (const UpdateRates::Candidate& c : r.candidates)
+    if (c.waits) all.list[c.island].step = 0;
+}
+
+void leave_out(World& world, Island& a, Real h) {
+  PANTIN_ASSERT(a.step == 0 && a.rests.empty());
+  // The ends of cables whose bodies move on.
+  for (PackedCable& k : a.cables) {
+    if (a.owed > 0 || (k.column_a != kNoSlot && k.column_b != kNoSlot)) continue;
+    const bool has_b = k.column_b != kNoSlot;
+    const CableParameters& s = world.cables.values()[k.cable].joint;
+    k.held_before =
+        point_before(world, has_b ? k.slot_a : k.slot_b, has_b ? s.anchor_a : s.anchor_b, h);
+  }
+  a.owed += h;
+  a.scratch.predicted = true, a.conserves = a.forced = false;
+  forget_result(a);
+  predict_still(world, a);
+}
+
+void note_stepping(World& world, const StepTask& task) {
+  if (task.budget) world.memory.of<Islands>().rates.stepping = Clock::now();
+}
+
+void note_stepped(World& world, const StepTask& task) {
+  if (!task.budget) return;
+  UpdateRates& r = world.memory.of<Islands>().rates;
+  r.stepped = Clock::now();
+  if (r.weight > 0) r.cost = seconds(r.stepping, r.stepped) / r.weight;
+}
+
+void note_end(World& world, const StepTask& task) {
+  if (!task.budget) return;
+  Islands& all = world.memory.of<Islands>();
+  UpdateRates& r = all.rates;
+  Real taken = 0, planned = 0;
+  for (const GroupCost& c : all.groups.costs) taken += c.substeps, planned += c.planned;
+  const Real groups = seconds(r.stepped, Clock::now()) * (taken > 0 ? planned / taken : 1);
+  r.others = seconds(r.began, r.stepping) + groups;
+}
+
+}  // namespace pantin::detail::articulated
