@@ -3,6 +3,7 @@
 #include <pantin/pantin.hpp>
 
 #include "engine/world/surface_start.hpp"
+#include "tests/solvers/sleighs.hpp"
 #include "tests/solvers/surfaces.hpp"
 
 using namespace pantin;
@@ -10,27 +11,9 @@ using namespace pantin::test;
 
 namespace {
 
-constexpr Real kMass = 2, kInertia = 0.3;  // kg, kg m^2 about y
-const Vec3 kUp(0, 1, 0);
-
 void run(Simulation& sim, Real time) {
   const int steps = static_cast<int>(std::lround(time / sim.settings.h));
   for (int i = 0; i < steps; ++i) REQUIRE(sim.step().status == Status::ok);
-}
-
-/// A sleigh in the plane xz, its blade along its x, `behind` m behind its mass centre.
-struct Sleigh {
-  World world;
-  Entity ground, body, skate;
-};
-Sleigh sleigh(Integrator integrator, Real behind, Vec3 gravity = Vec3(0)) {
-  Sleigh s{exact_world(integrator, gravity), {}, {}, {}};
-  s.ground = add_ground(s.world);
-  s.body = s.world.add_body(solid(kMass, Vec3(kInertia)));
-  s.skate = add_link(s.world, {s.ground, s.body,
-                               joint_at(s.world, s.ground, s.body, JointKind::skate,
-                                        {-behind, 0, 0}, frame_along({0, 0, 1}))});
-  return s;
 }
 
 Real heading_of(const Body& b) {
@@ -85,26 +68,6 @@ Real error_of_sleigh(Integrator integrator, Real h) {
   return std::max({glm::distance(b.pose.position, exact.place(2)), std::abs(turn),
                    std::abs(glm::dot(b.velocity, ahead) - exact.speed(2)),
                    std::abs(b.angular_velocity.y - exact.rate(2))});
-}
-
-Real sideways_at_blade(const World& w, Entity body, Real behind) {
-  const Body& b = w.bodies[body];
-  const Vec3 arm = b.pose.rotation * Vec3(-behind, 0, 0);
-  return glm::dot(b.velocity + glm::cross(b.angular_velocity, arm),
-                  b.pose.rotation * Vec3(0, 0, 1));
-}
-
-/// Keeps the sleigh's body at its height.
-void add_table(Sleigh& s) {
-  add_link(s.world, {s.ground, s.body,
-                     joint_at(s.world, s.ground, s.body, JointKind::planar, {}, frame_along(kUp))});
-}
-/// The same on a table, its blade at the mass centre.
-Sleigh loaded_sleigh(Integrator integrator, Vec3 gravity, Real friction) {
-  Sleigh s = sleigh(integrator, 0, gravity);
-  s.world.links[s.skate].joint.parameters.edit().friction = friction;
-  add_table(s);
-  return s;
 }
 
 }  // namespace

@@ -341,7 +341,10 @@ ConstraintWrench joint_wrench(const Island& m, std::size_t block) {
   }
   if (slides) {
     const SurfaceFound& found = m.scratch.touching[joint.first_place];
-    const Vec3 rubbed = joint.bound * found.grip * found.along;
+    // The mean load of the step; `found` has that of its end.
+    const Real grip =
+        joint.carrier == UINT32_MAX ? found.grip : std::abs(load_of(m, joint, m.forces));
+    const Vec3 rubbed = joint.bound * grip * found.along;
     pull[0] += rubbed, pull[1] += glm::cross(found.arm[1], rubbed);
   }
   sum.force = pull[0], sum.torque = pull[1];
