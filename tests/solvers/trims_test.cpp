@@ -95,6 +95,70 @@ TEST_CASE("a ball rolls off a disc at its radius, and over the edge of a hole") 
   }
 }
 
+namespace {
+
+/// How far a ball that rolls off a disc is from its parabola, 0.3 s after it left the rim.
+Real error_of_flight(Integrator integrator, Real h) {
+  constexpr Real kFrom = 0.303, kTime = kDisc - kFrom + 0.3;
+  Roller r = ball_on(plate({kDisc}), OnRim::release, {kFrom, kBall, 0}, integrator);
+  r.sim.settings.h = h;
+  for (int i = 0; i < std::lround(kTime / h); ++i) REQUIRE(r.sim.step().status == Status::ok);
+  const Real flown = r.sim.world.time - (kDisc - kFrom);
+  const Body& b = r.sim.world.bodies[r.ball];
+  const Vec3 place(kDisc + flown, kBall - 9.81 / 2 * flown * flown, 0);
+  return glm::distance(b.pose.position, place) +
+         glm::distance(b.velocity, Vec3(1, -9.81 * flown, 0));
+}
+
+/// A ball that spins and rolls obliquely out of a trough, a part of a cylinder, over its rim, and
+/// flies on: in the end.
+Body out_of_trough(Integrator integrator, Real h) {
+  constexpr Real kTime = 0.5, kRim = 0.8;  // s, rad
+  World w = exact_world(integrator);
+  const Entity ground = add_ground(w);
+  const nurbs::Curve section =
+      nurbs::arc({{0, 1, 1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, 1, {-kPi / 2 - 1, -kPi / 2 + kRim});
+  const Entity ball = w.add_body(solid_ball(1, kBall, {0, kBall, 0}));
+  const Entity contact = touch(
+      w, {ball, ball_skin(Vec3(kBall)), ground, skin_of(nurbs::extruded(section, {0, 0, -2}))},
+      SurfaceMotion::rolling);
+  w.surface_contacts[contact].on_rim = OnRim::release;
+  w.bodies[ball].velocity = {3, 0, -0.4}, w.bodies[ball].angular_velocity = {-4, 5, -30};
+  Simulation sim(std::move(w), {h});
+  int released = 0;
+  for (int i = 0; i < std::lround(kTime / h); ++i) {
+    const StepReport report = sim.step();
+    REQUIRE(report.status == Status::ok);
+    released += report.released;
+  }
+  CHECK(released == 1);
+  return sim.world.bodies[ball];
+}
+
+}  // namespace
+
+TEST_CASE("a ball that leaves a rim amid a step falls from the rim at the order of the method") {
+  const Body exact = out_of_trough(Integrator::rk4, 2.5e-4);
+  CHECK(exact.velocity.x < 2.5);  // it rose and flew
+  const auto error_of = [&](Integrator integrator, Real h) {
+    const Body b = out_of_trough(integrator, h);
+    return glm::distance(b.pose.position, exact.pose.position) +
+           glm::distance(b.velocity, exact.velocity) +
+           kBall * glm::distance(b.angular_velocity, exact.angular_velocity);
+  };
+  for (const Integrator integrator : kAll) {
+    // At no step is it at the rim at the end of one.
+    const Real flat = error_of_flight(integrator, 0.01);
+    const Real coarse = error_of(integrator, 0.01), fine = error_of(integrator, 0.0025);
+    INFO(name_of(integrator) << ": " << flat << "; " << coarse << ", " << fine);
+    const bool first = integrator == Integrator::euler;
+    CHECK(flat <= (first ? 0.02 : 1e-8));
+    CHECK(fine <= (first ? 0.01 : 1e-4));
+    if (integrator == Integrator::radau) continue;
+    CHECK(std::log2(coarse / fine) / 2 > (first ? 0.9 : 1.9));
+  }
+}
+
 TEST_CASE("a free ball rests on a trimmed plate and falls through its hole and beside it") {
   for (const Solver solver : {Solver::articulated, Solver::lagrangian}) {
     World w;

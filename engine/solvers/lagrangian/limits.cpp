@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "engine/solvers/lagrangian/integrator.hpp"
+#include "engine/solvers/lagrangian/surface_spots.hpp"
 
 namespace pantin::detail::lagrangian {
 namespace {
@@ -207,10 +208,23 @@ void begin_active_set(const World& world, Island& m) {
 
 namespace {
 
-/// Bisects for the longest feasible substep up to `length`, s, and takes it: there a pair of curves
-/// is replaced by another. 0: none.
+/// A substep that is being tried.
+struct Substep {
+  Real length = 0;      // s
+  int sweeps = 0;       // of the step so far
+  Real freed = 0;       // see until_let_go()
+  bool turned = false;  // a pair of curves is replaced by another at its end
+  // A contact that leaves its surface, why, and when, s after the start. It is released there.
+  std::uint32_t lost = UINT32_MAX;
+  nurbs::ContactStatus how = nurbs::ContactStatus::found;
+  Real lost_at = 0;
+
+  bool ends_in_loss() const { return lost != UINT32_MAX && length == lost_at; }
+};
+
+/// Bisects for the longest feasible substep up to `length`, s, and takes it. 0: none.
 template <class Attempt>
-Real until_turned(Island& m, const Attempt& attempt, Real length) {
+Real until_failure(Island& m, const Attempt& attempt, Real length) {
   const Real row_residual = m.scratch.worst_relative_residual;
   Real low = 0, high = length;
   for (int n = 0; n < kMaxCuts; ++n) {
@@ -219,6 +233,21 @@ Real until_turned(Island& m, const Attempt& attempt, Real length) {
   }
   m.scratch.worst_relative_residual = row_residual;  // attempts that are rejected do not count
   return low > 0 && attempt(low) ? low : 0;
+}
+
+/// Takes a substep, or as much of it as there is before a pair of curves is replaced by another, or
+/// before a contact leaves its surface and is released: then it may have no length. False: failure.
+template <class Attempt>
+bool take_until_pair_ends(const World& world, Island& m, const Attempt& attempt, Substep& part) {
+  if (attempt(part.length)) return true;
+  if (may_turn_over(world, m))
+    part.turned = true;
+  else if (may_release(world, m))
+    part.lost = m.scratch.lost_touch, part.how = m.scratch.lost_how;
+  else
+    return false;
+  part.length = part.lost_at = until_failure(m, attempt, part.length);
+  return part.turned ? part.length > 0 : true;
 }
 
 /// Times that bracket the zero of a function that falls from above 0 to below: regula falsi,
@@ -358,23 +387,17 @@ bool any_reached(const Island& m) {
   return false;
 }
 
-/// A substep, cut where surfaces meet at an untracked pair.
-struct Met {
-  Real length = 0;  // s
-  int sweeps = 0;   // of the step so far
-  Real freed = 0;   // see until_let_go()
-  bool turned = false;
-};
+/// Cuts a substep that was taken where surfaces meet at an untracked pair.
 template <class Attempt>
-bool end_where_met(const World& world, Island& m, const Attempt& attempt, Met& part) {
+bool end_where_met(const World& world, Island& m, const Attempt& attempt, Substep& part) {
   const auto is_clear = [&](Real length) {
     return attempt(length) && first_untracked_contact(world, m) > 1;
   };
-  for (; part.sweeps < kMaxSweeps; ++part.sweeps) {
+  for (; part.sweeps < kMaxSweeps && !part.turned; ++part.sweeps) {
     const Real met = first_untracked_contact(world, m);
     if (met > 1) break;
     part.freed = 0;
-    const Real seen = met < 1 ? 0 : until_turned(m, is_clear, part.length);
+    const Real seen = met < 1 ? 0 : until_failure(m, is_clear, part.length);
     part.turned = seen > 0, part.length = part.turned ? seen : met * part.length;
     if (part.turned) break;
     if (!attempt(part.length)) return false;
@@ -402,48 +425,47 @@ bool advance_among_limits(World& world, Island& m, Real h) {
     note_bounds(world, m, h - done);
     update_slip_directions(m, h - done), note_openings(m), note_sweep(world, m);
     const Real at_start = clearance(m);
+    Substep part{pace.longest(h - done), sweeps};
     bool again = false;
     const auto attempt = [&](Real length) {
       ++attempts;
       scratch.state = scratch.begin, scratch.impulses = scratch.impulses_before;
       scratch.pulled_at = 1e300;
-      // An attempt must be a function of its length alone: the bisection for a change of pair
+      // An attempt must be a function of its length alone: the bisection for the end of a pair
       // relies on that.
-      const bool alike = again && scratch.turned_over > 0;
+      const bool alike = again && (scratch.turned_over > 0 || part.lost != UINT32_MAX);
       if (alike) m.mean_lambda = scratch.lambda_before;
       if (alike || m.touches.empty()) m.rescues = rescues;  // surfaces: Euler keeps the step
       m.fresh = m.fresh || again, again = true;
       return advance(world, m, {done, length, h});
     };
-    Real length = pace.longest(h - done);
-    bool turned = false;
+    Real &length = part.length, &freed = part.freed;
     const auto take = [&] {
-      if (attempt(length)) return true;
-      if (!may_turn_over(world, m)) return false;
-      const int counted = attempts;
-      turned = true, length = until_turned(m, attempt, length);
-      attempts = counted;  // the bisection counts as one
-      return length > 0;
+      const int counted = attempts + 1;
+      const bool good = take_until_pair_ends(world, m, attempt, part);
+      if (part.turned || part.lost != UINT32_MAX) attempts = counted;  // a bisection counts as one
+      return good;
     };
-    if (!take() || !(turned || pace.shorten(take, length))) return false;
-    Real freed = 0;
+    if (!take()) return false;
+    if (length == 0) {
+      release(world, m, part.lost, part.how);
+      continue;
+    }
+    if (!part.turned && !part.ends_in_loss() && !pace.shorten(take, length)) return false;
     note_ends(m, done + length);
-    if (!turned && attempts < kMaxAttempts && scratch.pulled_at < 1e300) {
-      const Real part = std::min(scratch.pulled_at - done, length);
-      if (part < length && !attempt(part)) return false;
-      freed = until_let_go(world, m, {done, part, h}, attempt);
+    if (!part.turned && attempts < kMaxAttempts && scratch.pulled_at < 1e300) {
+      const Real until = std::min(scratch.pulled_at - done, length);
+      if (until < length && !attempt(until)) return false;
+      freed = until_let_go(world, m, {done, until, h}, attempt);
       if (freed > 0) length = freed;
       // A contact whose multiplier is tensile at the start of the step is released there.
-      if (freed == 0 && part < length && attempt(part)) give_way(m);
+      if (freed == 0 && until < length && attempt(until)) give_way(m);
       if (freed == 0 && !take()) return false;
     }
     for (int n = 0; n < 16 && (freed > 0 ? yield_holding(m, m.mean_lambda) : give_way(m)); ++n)
       if (!take()) return false;
-    if (!turned) {
-      Met met{length, sweeps, freed};
-      if (!end_where_met(world, m, attempt, met)) return false;
-      length = met.length, sweeps = met.sweeps, freed = met.freed, turned = met.turned;
-    }
+    if (!end_where_met(world, m, attempt, part)) return false;
+    sweeps = part.sweeps;
     if (!project_penetrations(world, m, {done, length, h})) return false;
     if (events < kMaxEvents && attempts < kMaxAttempts) {
       length = until_event(world, m, {at_start, length, 1e-12 * h}, attempt);
@@ -454,7 +476,8 @@ bool advance_among_limits(World& world, Island& m, Real h) {
       if (!attempt(length)) return false;
     done += length;
     if (freed == length) let_go(world, m, done / h, h);
-    if (turned) look_for_touches(world, m, h), write_all_rows(world, m, {true, false});
+    if (part.ends_in_loss()) release(world, m, part.lost, part.how);
+    if (part.turned) look_for_touches(world, m, h), write_all_rows(world, m, {true, false});
     if (pace.bounds()) attempts = 0;
     if (!any_reached(m)) continue;
     ++events;

@@ -6,6 +6,7 @@
 #include "engine/solvers/lagrangian/integrator.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/lagrangian/radau.hpp"
+#include "engine/solvers/lagrangian/surface_spots.hpp"
 
 namespace pantin::detail::lagrangian {
 namespace {
@@ -200,8 +201,9 @@ void allocate_scratch(Island& m) {
   r.ready = true;
 }
 
+enum class Events : bool { none, some };
 /// Advances the gathered state. False: failure.
-bool take_step(World& world, Island& m, Real h) {
+bool take_step(World& world, Island& m, Real h, Events events) {
   const bool begins = m.fresh;
   bool good = all_within_bounds(m) && m.scratch.lost_touch == UINT32_MAX;
   std::fill(m.scratch.impulses.begin(), m.scratch.impulses.end(), 0.0);
@@ -211,7 +213,7 @@ bool take_step(World& world, Island& m, Real h) {
   m.events = 0;
   std::fill(m.scratch.impulses.begin(), m.scratch.impulses.end(), 0.0);
   m.cannot_close = begins && !good && all_within_bounds(m);
-  if (good && m.unilateral) {
+  if (good && events == Events::some) {
     good = advance_among_limits(world, m, h);
     if (!good && may_yield(world, m)) return false;
     if (!good && m.scratch.lost_touch == UINT32_MAX) {  // this step ignores limits and cables
@@ -222,17 +224,24 @@ bool take_step(World& world, Island& m, Real h) {
       if (good) m.rescues = std::max(1, m.rescues);
     }
   }
-  if (good && !m.unilateral) good = advance(world, m, {0, h, h});
+  if (good && events == Events::none) good = advance(world, m, {0, h, h});
   return good && !any_sank(world, m);
 }
 
 /// The same, without surface joints that are lost, and with drives that yield.
 bool take_whole_step(World& world, Island& m, Real h) {
   const auto take = [&] {
-    bool good = take_step(world, m, h);
-    while (!good && release_lost(world, m)) {
+    Events events = m.unilateral ? Events::some : Events::none;
+    // A contact that leaves its surface and releases is an event.
+    const auto may_try_again = [&] {
+      if (events == Events::some || !may_release(world, m)) return release_lost(world, m);
+      events = Events::some, m.scratch.lost_touch = UINT32_MAX;
+      return true;
+    };
+    bool good = take_step(world, m, h, events);
+    while (!good && may_try_again()) {
       gather(world, m, h);
-      good = take_step(world, m, h);
+      good = take_step(world, m, h, events);
     }
     return good;
   };
@@ -245,7 +254,7 @@ bool take_whole_step(World& world, Island& m, Real h) {
   for (std::size_t n = 0; n < m.frames.size() && yield_drives(world, m, h, outcome()); ++n) {
     for (std::size_t i = 0; i < m.frames.size(); ++i) before.frames[i].lag = m.frames[i].lag;
     now = before;
-    m.scratch.worst_relative_residual = 0;
+    m.released = 0, m.scratch.worst_relative_residual = 0;
     std::erase_if(m.faults, [](const auto& f) { return f.kind == Fault::inconsistent; });
     gather(world, m, h);
     good = take();

@@ -289,17 +289,41 @@ void look_for_touches(const World& world, Island& m, Real h) {
   });
 }
 
+namespace {
+
+/// Whether a search of all pairs may replace the lost one: of a unilateral joint.
+bool may_look_again(const SurfaceContact& c, const StepScratch& scratch) {
+  return c.lifts && scratch.lost_how == ContactStatus::lost && scratch.relooked < kMostLooks;
+}
+
+}  // namespace
+
+bool may_release(const World& world, const Island& m) {
+  const StepScratch& scratch = m.scratch;
+  if (scratch.lost_touch == UINT32_MAX) return false;
+  const SurfaceContact& c = world.surface_contacts.values()[m.touch_sources[scratch.lost_touch]];
+  return c.on_rim == OnRim::release && !may_look_again(c, scratch);
+}
+
+void release(const World& world, Island& m, std::uint32_t touch, ContactStatus how) {
+  m.touches[touch].how = how;
+  ++m.released, m.scratch.lost_touch = UINT32_MAX;
+  update_kinematics(m), write_all_rows(world, m, {true, false});
+  factor(m), find_rank(m);
+  m.fresh = m.fresh || row_of(m.settings.integrator).keeps_accelerations;
+}
+
 bool release_lost(const World& world, Island& m) {
   StepScratch& scratch = m.scratch;
   if (scratch.lost_touch == UINT32_MAX) return false;
   const std::uint32_t source = m.touch_sources[scratch.lost_touch];
   const SurfaceContact& c = world.surface_contacts.values()[source];
   SurfaceMemory& memory = m.touches[scratch.lost_touch];
-  // A unilateral joint has other pairs, which are searched.
-  if (c.lifts && scratch.lost_how == ContactStatus::lost && scratch.relooked < kMostLooks) {
+  if (may_look_again(c, scratch)) {
     memory.is_least = false, scratch.lost_touch = UINT32_MAX, ++scratch.relooked;
     return true;
   }
+  // Of a step that cannot be taken at all, at its start.
   if (c.on_rim == OnRim::release) {
     memory.how = scratch.lost_how;
     ++m.released, scratch.lost_touch = UINT32_MAX;

@@ -105,6 +105,10 @@ inline bool has_ended(const Spots& s, std::size_t n) {
   return s.memory(n).known &&
          !(pair.status == nurbs::ContactStatus::found && pair.least_curvature > 0);
 }
+/// Whether the contact that ended an attempt is one to be released where it does.
+bool may_release(const World& world, const Island& m);
+/// Releases a contact at the present state.
+void release(const World& world, Island& m, std::uint32_t touch, nurbs::ContactStatus how);
 /// Pose of a in b in the present state of the solver.
 Pose a_in_b_now(const Spots& s);
 /// Pose of a body or frame in the present state of the solver. Euler's step moves frames by their
