@@ -129,7 +129,7 @@ Problem make_problem(const World& world, std::span<const Entity> held,
       p.unfit.push_back(m.unfit);
       continue;
     }
-    Part part{m, {}, {}, {}};
+    Part part(m);
     lagrangian::place_for_inspection(w, part.m, kStep);
     part.m.scratch.poses_only = true;
     part.m.loops = false;  // dependent rows are regularised, and steps are not refined

@@ -9,6 +9,7 @@
 /// count as lengths at the arm.
 #include <cmath>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "engine/assembly/design.hpp"
@@ -18,6 +19,15 @@ namespace pantin::detail::assembly {
 
 /// One island: bodies that laws connect.
 struct Part {
+  explicit Part(lagrangian::Island island) : m(std::move(island)) {}
+  Part(Part&&) = default;
+  Part& operator=(Part&&) = default;
+  // Poses and factor are in the scratch memory, which copies of an Island leave out.
+  Part(const Part& from) : m(from.m), units(from.units), bounds(from.bounds), design(from.design) {
+    static_cast<lagrangian::StepScratch&>(m.scratch) = from.m.scratch;
+  }
+  Part& operator=(const Part& from) { return *this = Part(from); }
+
   lagrangian::Island m;      // mass 1, inertia arm^2: the metric of poses
   std::vector<Real> units;   // by row: D
   std::vector<Real> bounds;  // by block: of gears without an offset, from the first poses

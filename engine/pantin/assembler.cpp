@@ -64,6 +64,8 @@ Assembly assemble(World& world, const std::vector<Entity>& held, Real tolerance,
 
 Assembler::Assembler(const World& world) : inside_(std::make_unique<Inside>(Inside{{world, {}}})) {}
 Assembler::~Assembler() = default;
+Assembler::Assembler(const Assembler& from) : inside_(std::make_unique<Inside>(*from.inside_)) {}
+Assembler& Assembler::operator=(const Assembler& from) { return *this = Assembler(from); }
 Assembler::Assembler(Assembler&&) noexcept = default;
 Assembler& Assembler::operator=(Assembler&&) noexcept = default;
 

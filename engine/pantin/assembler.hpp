@@ -88,12 +88,15 @@ struct AssemblerErrors {
   Real targets = 0;  // distances from the targets
 };
 
-/// Bodies that follow targets. Holds a copy of a World; copies of an Assembler are not possible.
+/// Bodies that follow targets. Holds a copy of a World. A copy of an Assembler goes on with the
+/// same bits; one that is made of its World starts anew there.
 class Assembler {
  public:
   /// Starts at the poses of `world`.
   explicit Assembler(const World& world);
   ~Assembler();
+  Assembler(const Assembler&);
+  Assembler& operator=(const Assembler&);
   Assembler(Assembler&&) noexcept;
   Assembler& operator=(Assembler&&) noexcept;
 

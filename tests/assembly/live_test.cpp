@@ -1,9 +1,12 @@
 // Bodies follow targets, one iteration a call.
+#include "engine/assembly/live.hpp"
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <pantin/assembler.hpp>
 #include <pantin/must.hpp>
 #include <pantin/pantin.hpp>
+#include <thread>
 
 #include "tests/assembly/mechanisms.hpp"
 
@@ -228,4 +231,170 @@ TEST_CASE("assembler: held bodies stay, wrong targets are refused") {
   CHECK_FALSE(a.add(PointTarget{.body = first, .target = {NAN, 1, 1}}));
   CHECK_FALSE(a.add(AimTarget{.body = first, .direction = {0, 0, 0}}));
   CHECK_FALSE(a.move(Target{17}, Vec3(0)));
+}
+
+namespace {
+
+using assembly::Goal;
+using assembly::Live;
+
+/// Targets of a mechanism that is led with 30 kHz, on circles.
+struct Led {
+  World world;
+  std::vector<Entity> held;
+  std::vector<assembly::LiveTarget> targets;
+
+  Live start() const {
+    Live live(world, held);
+    for (const assembly::LiveTarget& t : targets) live.add(t);
+    return live;
+  }
+};
+
+Led led_chain() {
+  Led led{chain(8), {}, {}};
+  const Entity last = led.world.find("link7");
+  led.targets = {{Goal::point, last, {{0.5, 0, 0}, kIdentity}, {end_of(led.world, last), {}}}};
+  return led;
+}
+Led led_platform() {
+  Led led{stewart(), {}, {}};
+  led.targets = {{Goal::pose, led.world.find("platform"), {}, {{0, 1, 0}, kIdentity}, 1, 0.5}};
+  return led;
+}
+/// A figure on its feet whose limits press.
+Led led_figure() {
+  Led led;
+  led.world.default_settings.solver = Solver::lagrangian;
+  const Ragdoll doll = must(build_ragdoll(led.world, {}));
+  led.held.assign(doll.feet.begin(), doll.feet.end());
+  const Pose tip{{0, -0.13, 0}, kIdentity}, along{Vec3(0), axes_along({0, 0, 1}, {0, 1, 0})};
+  const Vec3 hand = to_world(led.world.bodies[doll.forearms[1]].pose, tip.position);
+  led.targets = {{Goal::point, doll.forearms[1], tip, {hand + Vec3(0, 0.3, 0.3), kIdentity}},
+                 {Goal::aim, doll.head, along, {{0, 1.6, 1}, kIdentity}, 0.1}};
+  return led;
+}
+
+/// One iteration; the bits of its poses and errors.
+std::uint64_t bits_of_iteration(Live& live, const Led& led, int i) {
+  const Real phase = 2 * kPi * i / 30000;
+  for (std::size_t t = 0; t < led.targets.size(); ++t) {
+    Pose to = led.targets[t].target;
+    to.position += 0.2 * Vec3(std::cos(phase) - 1, std::sin(phase), 0);
+    live.move(t, to);
+  }
+  const assembly::LiveReport report = live.iterate();
+  Hash hash;
+  hash.add(report.joint_error), hash.add(report.target_error);
+  for (const Body& b : live.world().bodies.values()) hash.add(b.pose);
+  return hash.value();
+}
+
+using Bits = std::vector<std::uint64_t>;  // by iteration
+Bits bits_of_run(Live& live, const Led& led, int from, int to) {
+  Bits bits;
+  for (int i = from; i < to; ++i) bits.push_back(bits_of_iteration(live, led, i));
+  return bits;
+}
+
+constexpr int kRun = 400;  // iterations, several times those that a factor serves
+
+/// The bits of a run from the start, which must be those of a chord method.
+Bits reference(const Led& led) {
+  Live live = led.start();
+  Bits bits = bits_of_run(live, led, 0, kRun);
+  Live renewed = led.start();
+  int same = 0;
+  for (int i = 0; i < kRun; ++i) {
+    for (std::size_t t = 0; t < led.targets.size(); ++t)  // its factor serves one step only
+      renewed.set_weight(t, led.targets[t].weight, led.targets[t].turn_weight);
+    same += bits_of_iteration(renewed, led, i) == bits[i];
+  }
+  REQUIRE(same < kRun / 4);
+  return bits;
+}
+
+/// Leaves freed memory full of numbers that no one should read.
+void litter() {
+  std::vector<std::vector<Real>> blocks;
+  for (std::size_t size = 1; size < 20000; size += 1 + size / 8) blocks.emplace_back(size, 1e7);
+}
+
+}  // namespace
+
+TEST_CASE("assembler: a run gives the same bits whatever ran before or beside it") {
+  const Led all[] = {led_chain(), led_platform(), led_figure()};
+  for (const Led& led : all) {
+    const Bits bits = reference(led);
+    litter();
+    Live others[] = {all[0].start(), all[1].start(), all[2].start()}, again = led.start();
+    Bits beside;
+    for (int i = 0; i < kRun; ++i) {
+      beside.push_back(bits_of_iteration(again, led, i));
+      for (int k = 0; k < 3; ++k) bits_of_iteration(others[k], all[k], 5 * i);
+    }
+    CHECK(beside == bits);
+    Live at_once[] = {led.start(), led.start()};
+    Bits in_thread;
+    std::thread thread([&] { in_thread = bits_of_run(at_once[0], led, 0, kRun); });
+    CHECK(bits_of_run(at_once[1], led, 0, kRun) == bits);
+    thread.join();
+    CHECK(in_thread == bits);
+  }
+}
+
+TEST_CASE("assembler: copies go on with the same bits, at every age of the factor") {
+  for (const Led& led : {led_chain(), led_platform(), led_figure()}) {
+    const Bits bits = reference(led);
+    Live live = led.start(), over = led_chain().start();
+    over.iterate();
+    constexpr int kFirst = 100, kAges = 34;  // two more than the steps that a factor serves
+    bits_of_run(live, led, 0, kFirst);
+    for (int i = kFirst; i < kFirst + kAges; ++i) {
+      INFO("copied before iteration " << i);
+      Live copy = live;
+      over = copy;
+      const Bits rest(bits.begin() + i, bits.end());
+      CHECK(bits_of_run(copy, led, i, kRun) == rest);
+      Live moved = std::move(over);
+      CHECK(bits_of_run(moved, led, i, kRun) == rest);
+      over = moved;
+      REQUIRE(bits_of_iteration(live, led, i) == bits[i]);
+    }
+  }
+}
+
+TEST_CASE("assembler: a copy of an Assembler follows its own targets") {
+  const World w = chain(8);
+  const PointTarget hand{.body = w.find("link7"), .point = {0.5, 0, 0}, .target = {5, 1, 0}};
+  Assembler one(w);
+  const Target target = must(one.add(hand));
+  one.settle(20);
+  Assembler other = one;
+  CHECK(one.iterate().targets == other.iterate().targets);
+  REQUIRE(other.move(target, Vec3(5, 2, 0)));
+  one.settle(), other.settle();
+  CHECK(end_of(one.world(), hand.body).y == Approx(1).margin(1e-9));
+  CHECK(end_of(other.world(), hand.body).y == Approx(2).margin(1e-9));
+  one = other;
+  CHECK(end_of(one.world(), hand.body) == end_of(other.world(), hand.body));
+}
+
+TEST_CASE("assembler: a World taken amid a run starts the same run in each of its copies") {
+  for (const Led& led : {led_chain(), led_platform(), led_figure()}) {
+    Live live = led.start();
+    bits_of_run(live, led, 0, kRun / 2);
+    Led written = led, taken = led;
+    live.write_to(written.world);
+    taken.world = live.world();
+    const World copy = taken.world;
+    Live first = taken.start();
+    const Bits bits = bits_of_run(first, led, kRun / 2, kRun);
+    litter();
+    taken.world = copy;
+    for (const Led& again : {taken, written}) {
+      Live second = again.start();
+      CHECK(bits_of_run(second, led, kRun / 2, kRun) == bits);
+    }
+  }
 }
