@@ -19,6 +19,34 @@ DOUBLE = {**PENDULUM,
           "bodies": [ROD, {**ROD, "name": "tip", "position": [1, 0, 0.5],
                            "inertia": [0.1, 0.1, 0.02]}],
           "joints": [HINGE, {"kind": "ball", "a": "rod", "b": "tip", "anchor": [1, 0, 0]}]}
+METHODS = "auto,planar,lagrangian/rk4,lagrangian/implicit"
+# A driven loop in the plane, two arms that swing out of it, and a box on another.
+BAR = {"mass": 1, "inertia": [0.02, 0.02, 0.02], "drag": 0}
+BOX = {"shape": {"type": "box", "size": [0.4, 0.4, 0.4]}, "density": 400, "collision": True}
+Z = {"kind": "hinge", "axis": [0, 0, 1]}
+APART = {
+    "version": 1, "step": 0.01, "duration": 1.6,
+    "bodies": [
+        {**BAR, "name": "crank", "position": [0, 0.1, 0]},
+        {**BAR, "name": "coupler", "position": [0.4, 0.4, 0]},
+        {**BAR, "name": "rocker", "position": [0.8, 0.3, 0]},
+        {**ROD, "name": "rod", "position": [10.5, 0, 0]},
+        {**ROD, "name": "tip", "position": [11, 0, 0.5], "inertia": [0.1, 0.1, 0.02]},
+        {**ROD, "name": "rod2", "position": [20.5, 0, 0]},
+        {**ROD, "name": "tip2", "position": [21, 0, 0.5], "inertia": [0.1, 0.1, 0.02]},
+        {**BOX, "name": "box", "position": [-10, 0.2, 0]},
+        {**BOX, "name": "box2", "position": [-10, 0.7, 0]},
+        {"name": "floor", "motion": "fixed", "shape": {"type": "plane"}, "collision": True}],
+    "joints": [
+        {**Z, "a": "world", "b": "crank", "anchor": [0, 0, 0],
+         "motor": {"velocity": 3, "gain": 10, "cap": 20}},
+        {**Z, "a": "crank", "b": "coupler", "anchor": [0, 0.2, 0]},
+        {**Z, "a": "coupler", "b": "rocker", "anchor": [0.8, 0.6, 0]},
+        {**Z, "a": "world", "b": "rocker", "anchor": [0.8, 0, 0]},
+        {**HINGE, "a": "world", "b": "rod", "anchor": [10, 0, 0], "name": "p"},
+        {"kind": "ball", "a": "rod", "b": "tip", "anchor": [11, 0, 0]},
+        {**HINGE, "a": "world", "b": "rod2", "anchor": [20, 0, 0], "name": "p2"},
+        {"kind": "ball", "a": "rod2", "b": "tip2", "anchor": [21, 0, 0]}]}
 
 
 def pantin(*arguments):
@@ -189,6 +217,52 @@ class Tune(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
         self.assertIn("solver settings of single bodies", done.stderr)
         self.assertFalse((self.folder / "none.json").exists())
+
+    def test_groups_that_never_meet_have_methods_of_their_own(self):
+        """A loop in the plane, far from two arms that swing out of it and from two boxes."""
+        out = self.folder / "tuned.json"
+        tuned = self.tune(self.scene(APART), "--error", 1e-3, "--within", 100, "--rungs", 4,
+                          "--methods", METHODS, "--out", out)
+        self.assertTrue(tuned["met"])
+        groups = {g["group"].split(",")[0]: g for g in tuned["groups"]}
+        self.assertEqual(set(groups), {"crank", "rod", "box"})
+        self.assertEqual((groups["rod"]["alike"], groups["box"]["bodies"]), (2, 2))
+        for group in groups.values():
+            self.assertTrue(group["why"])
+            self.assertLessEqual(group["choice"]["error"], 1e-3)
+            self.assertEqual(group["choice"]["step_s"], tuned["choice"]["step_s"])
+        methods = {g["choice"]["method"] for g in groups.values()}
+        self.assertGreater(len(methods), 1)
+        # The whole scene was run: the error is met, and it costs less than one method for all.
+        self.assertEqual(tuned["choice"], tuned["mixed"])
+        self.assertLessEqual(tuned["choice"]["error"], 1e-3)
+        if tuned["uniform"] and tuned["uniform"]["status"] == "ok":
+            self.assertLess(tuned["choice"]["cost_us"], tuned["uniform"]["cost_us"])
+        written = json.loads(out.read_text())
+        self.assertEqual(written["step"], tuned["choice"]["step_s"])
+        own = {b["name"]: b["solver"]["type"] for b in written["bodies"] if "solver" in b}
+        for first in ("crank", "rod", "rod2", "box", "box2"):
+            asked = groups.get(first, groups["rod" if first == "rod2" else "box"])["choice"]["method"]
+            self.assertEqual(own.get(first, written["solver"]["type"]), asked.split("/")[0])
+
+    def test_groups_that_meet_are_one(self):
+        """The boxes of the scene above, one over the other."""
+        boxes, floor = APART["bodies"][-3:-1], APART["bodies"][-1]
+        one = {**APART, "bodies": [*boxes, floor], "joints": []}
+        tuned = self.tune(self.scene(one), "--error", 0.1, "--within", 20, "--methods", "auto")
+        self.assertEqual(tuned["groups"], [])
+
+    def test_one_choice_for_all_groups_where_it_is_as_cheap(self):
+        both = {**PENDULUM, "bodies": [ROD, {**ROD, "name": "other", "position": [5.5, 0, 0]}],
+                "joints": [HINGE, {**HINGE, "name": "far", "b": "other", "anchor": [5, 0, 0]}]}
+        out = self.folder / "tuned.json"
+        tuned = self.tune(self.scene(both), "--error", 1e-3, "--within", 60, "--rungs", 4,
+                          "--methods", METHODS, "--out", out)
+        (group,) = tuned["groups"]
+        self.assertEqual(group["alike"], 2)
+        self.assertIsNone(tuned["mixed"])
+        self.assertEqual(tuned["choice"], tuned["uniform"])
+        self.assertTrue(all("solver" not in b for b in json.loads(out.read_text())["bodies"]))
 
     def test_results_are_used_again(self):
         words = [self.scene(PENDULUM), "--error", 1e-3, "--within", 20]

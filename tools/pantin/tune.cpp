@@ -1,11 +1,10 @@
-#include "tools/pantin/tune.hpp"
-
 #include <fmt/format.h>
 
 #include <memory>
 
 #include "engine/base/utf8.hpp"
 #include "tools/pantin/command_line.hpp"
+#include "tools/pantin/tune_groups.hpp"
 
 namespace pantin::program {
 namespace {
@@ -19,24 +18,34 @@ Json attempt_json(const Attempt& a) {
           {"cost_us", json_number(1e6 * a.cost)}};
 }
 
+constexpr double kGroupsPart = 0.1;  // of the time, for the run that finds the groups
+
 /// The simulated seconds of so many samples.
 double time_of(const Tuning& t, std::size_t samples) {
   return samples > 0 ? static_cast<double>(samples - 1) * t.subject.sampling.interval : 0.0;
 }
 
-Json as_json(const Tuning& t, const TuneChoices& c) {
-  const Reference& r = t.reference;
+/// What is the same for one choice and for groups.
+Json head_of(const Subject& subject, const TuneChoices& c) {
   Json j = build_and_machine();
-  j["scene"] = c.scene, j["title"] = t.subject.own().title;
-  j["duration_s"] = t.subject.sampling.duration();
+  j["scene"] = c.scene, j["title"] = subject.own().title;
+  j["duration_s"] = subject.sampling.duration();
   j["error"] = c.error ? Json(*c.error) : Json(nullptr);
   j["time_us"] = c.time ? Json(*c.time) : Json(nullptr);
-  j["reference"] = {{"method", r.method},
-                    {"step_s", r.step},
-                    {"error", json_number(r.own.position / r.size)},
-                    {"size_m", r.size},
-                    {"compared_s", time_of(t, r.compared)}};
-  j["methods"] = Json::array();
+  return j;
+}
+
+Json reference_json(const Tuning& t) {
+  const Reference& r = t.reference;
+  return {{"method", r.method},
+          {"step_s", r.step},
+          {"error", json_number(r.own.position / r.size)},
+          {"size_m", r.size},
+          {"compared_s", time_of(t, r.compared)}};
+}
+
+Json methods_json(const Tuning& t, const TuneChoices& c) {
+  Json all = Json::array();
   for (std::size_t l = 0; l < t.ladders.size(); ++l) {
     const Why why = why_of(t, c, l);
     Json method{{"method", t.ladders[l].loaded->method.name},
@@ -44,14 +53,46 @@ Json as_json(const Tuning& t, const TuneChoices& c) {
                 {"why", why.sentence},
                 {"runs", Json::array()}};
     for (const Attempt& a : t.ladders[l].attempts) method["runs"].push_back(attempt_json(a));
-    j["methods"].push_back(std::move(method));
+    all.push_back(std::move(method));
   }
+  return all;
+}
+
+Json as_json(const Tuning& t, const TuneChoices& c) {
+  Json j = head_of(t.subject, c);
+  j["reference"] = reference_json(t), j["methods"] = methods_json(t, c);
+  j["groups"] = Json::array();
   j["met"] = t.is_met;
   j["choice"] = nullptr;
   if (t.choice) {
     j["choice"] = attempt_json(t.attempt());
     j["choice"]["method"] = t.method().loaded->method.name;
   }
+  return j;
+}
+
+Json as_json(const GroupTuning& t, const TuneChoices& c) {
+  Json j = head_of(t.subject, c);
+  j["reference"] = nullptr, j["methods"] = Json::array(), j["groups"] = Json::array();
+  for (std::size_t k = 0; k < t.kinds.size(); ++k) {
+    const std::vector<std::size_t>& groups = t.grouping.kinds[k].groups;
+    const Group& first = t.grouping.groups[groups.front()];
+    Json group{{"group", first.name},
+               {"alike", groups.size()},
+               {"bodies", first.bodies.size()},
+               {"reference", reference_json(t.kinds[k])},
+               {"why", why_of_kind(t, k)},
+               {"methods", methods_json(t.kinds[k], c)},
+               {"choice", nullptr}};
+    if (const Composition* choice = t.choice()) {
+      group["choice"] = attempt_json(t.attempt(*choice, k));
+      group["choice"]["method"] = t.ladder(*choice, k).loaded->method.name;
+    }
+    j["groups"].push_back(std::move(group));
+  }
+  j["met"] = t.is_met, j["why"] = why_of_scene(t);
+  j["mixed"] = composition_json(t, t.mixed), j["uniform"] = composition_json(t, t.uniform);
+  j["choice"] = t.choice() ? j[t.is_mixed ? "mixed" : "uniform"] : Json(nullptr);
   return j;
 }
 
@@ -100,6 +141,28 @@ int complain_of(const std::vector<Error>& errors, int code) {
   return code;
 }
 
+/// Prints what was found, and writes the choice if one is asked for.
+template <class T, class Print, class Write>
+int finish(const Result<T>& t, const TuneChoices& c, Print print, Write write) {
+  if (interrupted()) {
+    complain("interrupted; the same command goes on from here");
+    return kInterrupted;
+  }
+  if (!t) return complain_of(t.errors(), kUsage);
+  if (c.json)
+    print_json(as_json(*t, c));
+  else
+    print(*t, c);
+  if (const std::string fault = fault_of(*t, c); !fault.empty()) {
+    complain(c.scene + ": " + fault);
+    return kDiverged;
+  }
+  if (c.out.empty()) return kOk;
+  const Result<std::string> text = write(*t);
+  if (!text) return complain_of(text.errors(), kFailed);
+  return write_or_complain(c.out, *text);
+}
+
 int tune(const TuneChoices& c) {
   if (c.error.has_value() == c.time.has_value()) {
     complain(fmt::format("found {}, expected one of --error and --time",
@@ -114,24 +177,15 @@ int tune(const TuneChoices& c) {
                        c.afresh ? Journal::Earlier::discarded : Journal::Earlier::kept);
       !opened)
     return complain_of(opened.errors(), kUnwritable);
-  const Result<Tuning> t = tune_scene(c, journal);
-  if (interrupted()) {
-    complain("interrupted; the same command goes on from here");
-    return kInterrupted;
-  }
-  if (!t) return complain_of(t.errors(), kUsage);
-  if (c.json)
-    print_json(as_json(*t, c));
-  else
-    print_tuning(*t, c);
-  if (const std::string fault = fault_of(*t, c); !fault.empty()) {
-    complain(c.scene + ": " + fault);
-    return kDiverged;
-  }
-  if (c.out.empty()) return kOk;
-  const Result<std::string> text = with_choice(*t);
-  if (!text) return complain_of(text.errors(), kFailed);
-  return write_or_complain(c.out, *text);
+  const double begin = wall_seconds();
+  Result<Subject> subject = read_subject(c.scene, {c.duration, c.coarsest, 4});
+  if (!subject) return complain_of(subject.errors(), kUsage);
+  subject->key += fmt::format("|{}|{}|", subject->sampling.interval, subject->sampling.count);
+  Grouping grouping = groups_of(subject->own(), subject->sampling, kGroupsPart * c.within);
+  if (grouping.groups.size() > 1 && grouping.kinds.size() <= kMostKinds)
+    return finish(tune_groups(c, journal, {std::move(*subject), begin}, std::move(grouping)), c,
+                  print_groups, with_groups);
+  return finish(tune_whole(c, journal, {std::move(*subject), begin}), c, print_tuning, with_choice);
 }
 
 constexpr const char* kExamples =
@@ -147,6 +201,12 @@ Examples:
   pantin tune assets/scenes/chain10.json --time 20000 --duration 1 --within 10
   pantin tune assets/scenes/pendulum.json --error 1e-4 --within 10 --json
 
+Groups of bodies that never meet (no joint or other tie joins them, and those that collide stay apart
+in a run of the scene's own settings) may have methods of their own at one common step. Each is
+searched alone, with the fixed and kinematic bodies; copies share a search. Errors are then fractions
+of the size of each group, and the choice is verified by a run of the whole scene. One method for all
+groups is chosen where it is as cheap. Scenes with more than 24 kinds of groups have one method.
+
 Error: the greatest distance of any body from the reference at up to 200 equidistant times, plus the
 reference's own error, as a fraction of the size of the motion (the diagonal of the box around all
 positions). The reference is that of `pantin chart`: a run that is refined until it agrees with
@@ -154,13 +214,16 @@ itself; where refinements part, as those of chaotic motions do, errors are those
 of the time until then. Cost: CPU time of the steps alone, microseconds for a simulated second; 1e6
 is one core in real time; the least of five rounds where costs are close.
 
---out writes the scene with the keys "solver" and "step" of the choice; the rest of the file stays as
-it is. The file is written only if it moves exactly as what was measured.
+--out writes the scene with the keys "solver" and "step" of the choice, groups of their own as "solver"
+of a body, chain, instance, grid or ring; the rest of the file stays as it is, but for "error" and
+"plane", by which a scene chooses itself. The file is written only if it moves exactly as what was measured.
 
 --json prints the build and machine, scene, title, duration_s, error, time_us, reference (method,
 step_s, error, size_m, compared_s), methods (method, verdict: chosen, best, dearer, misses, fails,
-refused or not_run, why, runs), met and choice (method and those of a run); a run has step_s,
-tolerance, status, reason, error, cost_us.
+refused or not_run, why, runs), groups, met and choice (method and those of a run); a run has step_s,
+tolerance, status, reason, error, cost_us. Of several groups, groups lists each kind (group, alike:
+how many, bodies, reference, why, methods, choice), mixed and uniform are the best choice by groups
+and of one method, with foreseen_us, the sum of the groups alone, and why says which was chosen.
 
 Exit codes: 0 ok, 1 the choice cannot be written, 2 usage or bad input, 3 nothing meets what is asked
 (the best one is printed, and nothing written), 4 could not write, 130 interrupted.)";

@@ -45,6 +45,7 @@ struct Tuning {
   std::vector<Ladder> ladders;
   std::optional<Pick> choice;  // the best one that was found
   bool is_met = false;
+  double frame = 0;  // s, the step that all groups of a scene share; 0: it has one group
   const Ladder& method() const { return ladders[choice->ladder]; }
   const Attempt& attempt() const { return method().attempts[choice->attempt]; }
 };
@@ -52,8 +53,36 @@ struct Tuning {
 /// Errors at or below this one, of the reference alone, count as equal.
 double error_floor(const Reference& reference);
 
-/// Searches; without a choice if it was interrupted or no run succeeded.
-Result<Tuning> tune_scene(const TuneChoices& choices, Journal& journal);
+/// Where a run with a tolerance or step is measured.
+struct Measuring {
+  const Subject& subject;
+  const Reference& reference;
+  Journal& journal;
+  double until = 0;  // s of the clock on the wall: no run is begun that takes longer
+};
+struct Setting {
+  double step = 0, tolerance = 0;  // s; 0: not adaptive
+};
+/// Runs and times a setting, which then is the last attempt of the ladder; one that the journal
+/// knows is not repeated. If it takes too much of the time, the ladder ends instead.
+Result<Done> try_setting(const Measuring& in, Ladder& ladder, const Setting& setting);
+
+/// One ladder for each method that is asked for; ended where the method refuses the scene.
+std::vector<Ladder> ladders_of(const Subject& subject, const TuneChoices& choices);
+
+// Rounds that time close settings in turn, and the factor of costs that are close. The least time
+// counts: load only adds to it.
+inline constexpr int kRounds = 5;
+inline constexpr double kClose = 1.5;
+inline constexpr int kMostFailures = 4;  // a ladder ends where so many runs in a row fail
+
+/// A scene that was read at some time, s of the clock on the wall.
+struct Begun {
+  Subject subject;
+  double at = 0;
+};
+/// Searches one choice for the whole scene; without one if it was interrupted or no run succeeded.
+Result<Tuning> tune_whole(const TuneChoices& choices, Journal& journal, Begun begun);
 
 /// "step 2.5 ms", "tolerance 1e-05".
 std::string words_of(const Attempt& attempt);

@@ -1,13 +1,6 @@
-// What `pantin tune` says of each method, and the choice as keys of a scene file.
+// What `pantin tune` says of each method.
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-
-#include "engine/scene/json/words.hpp"
-#include "engine/world/integrators.hpp"
-#include "engine/world/solver_list.hpp"
-#include "tools/pantin/scene_number.hpp"
 #include "tools/pantin/tune.hpp"
 
 namespace pantin::program {
@@ -53,33 +46,6 @@ Why missing(const Ladder& l, const Attempt& best) {
   }
 }
 
-std::string quoted(std::string_view word) { return fmt::format("\"{}\"", word); }
-
-/// Solver keys of a method, with their values.
-std::vector<std::pair<std::string, std::string>> keys_of(const Tuning& t) {
-  const SolverChoices& c = t.method().loaded->method.choices;
-  std::vector<std::pair<std::string, std::string>> keys;
-  if (c.solver) keys.emplace_back("type", quoted(info_of(*c.solver).name));
-  if (c.integrator) keys.emplace_back("integrator", quoted(info_of(*c.integrator).name));
-  if (t.attempt().tolerance > 0)
-    keys.emplace_back("step_tolerance", number_text(t.attempt().tolerance));
-  return keys;
-}
-
-/// Whether a text, run with its own settings, moves as the choice did.
-bool moves_alike(const Tuning& t, const std::string& text) {
-  const Loaded own = load(t.subject.path, text, *method_named("scene"));
-  if (!own.scene || own.scene->step != t.attempt().step) return false;
-  const Sampling& sampling = t.subject.sampling;
-  const Trial asked{&*t.method().loaded->scene, t.attempt().step, t.attempt().tolerance, sampling};
-  const Outcome a = run_motion(asked);
-  const Outcome b = run_motion({&*own.scene, t.attempt().step, 0, sampling});
-  const auto same = [](const Pose& p, const Pose& q) {
-    return p.position == q.position && p.rotation == q.rotation;
-  };
-  return a.is_ok() && b.is_ok() && std::ranges::equal(a.track.poses, b.track.poses, same);
-}
-
 }  // namespace
 
 std::string words_of(const Attempt& a) {
@@ -113,30 +79,13 @@ Why why_of(const Tuning& t, const TuneChoices& c, std::size_t ladder) {
   }
   const Attempt* met = nullptr;
   for (const Attempt& a : l.attempts)
-    if (a.is_ok() && a.error <= *c.error && (!met || a.cost < met->cost)) met = &a;
+    if (a.is_ok() && a.error <= *c.error && (t.frame == 0 || a.step == t.frame) &&
+        (!met || a.cost < met->cost))
+      met = &a;
   if (met)
     return {"dearer", fmt::format("meets the error at {}, for {:.3g} times the cost of the choice",
                                   words_of(*met), met->cost / choice.cost)};
   return missing(l, *precise);
-}
-
-Result<std::string> with_choice(const Tuning& t) {
-  const auto keys = keys_of(t);
-  Result<std::string> base = with_value(t.subject.text, "/step", number_text(t.attempt().step));
-  if (!base || keys.empty()) return base;
-  // First with all other settings of the file, then without those that the method does not know.
-  Result<std::string> text = base;
-  std::string whole;
-  for (const auto& [key, value] : keys) {
-    if (text) text = with_value(*text, "/solver/" + key, value);
-    whole += fmt::format("{}\"{}\": {}", whole.empty() ? "" : ", ", key, value);
-  }
-  if (text && moves_alike(t, *text)) return text;
-  text = with_value(*base, "/solver", "{" + whole + "}");
-  if (text && moves_alike(t, *text)) return text;
-  return Error{t.subject.path +
-               ": found solver settings of single bodies or instances, which the choice would have "
-               "to replace: remove them to have it written"};
 }
 
 }  // namespace pantin::program

@@ -4,36 +4,30 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/world/lamina.hpp"
 #include "tools/pantin/tune.hpp"
 
 namespace pantin::program {
 namespace {
 
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 constexpr double kReferencePart = 0.35, kRunsPart = 0.85;  // of the time
 // A ladder ends where two halvings do not gain this factor, unless errors are about as large as the
-// motion and the step is still long; and where so many runs in a row fail.
+// motion and the step is still long.
 constexpr double kGain = 0.7, kLarge = 0.1;
-constexpr int kLongSteps = 5, kFailures = 4;
-constexpr double kClose = 1.5;  // costs within this factor are measured again
-constexpr double kNear = 2;     // and within this one a finer step may be the cheaper one
-constexpr int kRounds = 5;
+constexpr int kLongSteps = 5;
+constexpr double kNear = 2;  // within this factor a finer step may be the cheaper one
 
 class Tuner {
  public:
-  Tuner(const TuneChoices& c, Journal& journal)
-      : c_(c), journal_(journal), begin_(wall_seconds()), progress_(c.scene) {}
-  Result<Tuning> make();
+  Tuner(const TuneChoices& c, Journal& journal, double begin)
+      : c_(c), journal_(journal), begin_(begin), progress_(c.scene) {}
+  Result<Tuning> make(Subject subject);
 
  private:
-  void list_ladders();
   Result<Done> climb(Ladder& ladder);
   Result<Done> refine(Ladder& ladder);
   Result<Done> go_finer(Ladder& ladder, int rung);
   Result<Done> attempt(Ladder& ladder, double steps, double tolerance);
   Result<Done> attempt_rung(Ladder& ladder, int rung);
-  Attempt measured(const Loaded& loaded, double step, double tolerance);
   Ladder::End end_of(const Ladder& ladder) const;
   void time_again();
   void choose();
@@ -72,72 +66,10 @@ double Tuner::least_cost() const {
   return least;
 }
 
-void Tuner::list_ladders() {
-  const World& world = t_.subject.own().world;
-  const auto* laminas = laminas_of(world);
-  const bool is_mixed = world.settings.size() > 0 || (laminas && laminas->size() > 0);
-  for (const Loaded& l : t_.subject.loaded) {
-    const std::string& name = l.method.name;
-    const bool is_asked = c_.methods.empty()
-                              ? name != "scene" || is_mixed
-                              : std::ranges::find(c_.methods, name) != c_.methods.end();
-    if (!is_asked) continue;
-    Ladder& ladder = t_.ladders.emplace_back();
-    ladder.loaded = &l;
-    if (!l.scene) ladder.end = Ladder::End::fails;
-  }
-}
-
-/// Runs and times a setting. Status "stopped": it takes more than a quarter of the time that is
-/// left.
-Attempt Tuner::measured(const Loaded& loaded, double step, double tolerance) {
-  Attempt a{step, tolerance, {}, {}, kUnknown, kUnknown};
-  Trial trial{&*loaded.scene, step, tolerance, t_.subject.sampling};
-  const double until = wall_seconds() + 0.25 * left(kRunsPart);
-  trial.stop = [&](double) { return wall_seconds() > until; };
-  const Outcome o = run_motion(trial);
-  a.status = o.status, a.reason = o.reason;
-  if (!a.is_ok()) return a;
-  const Reference& r = t_.reference;
-  const Apart error = apart(o.track, r.track, std::min(r.compared, o.track.samples()));
-  a.error = (error.position + r.own.position) / r.size;
-  a.cost = time_run(trial) / t_.subject.sampling.duration();
-  if (!std::isfinite(a.cost)) a.status = "stopped";
-  return a;
-}
-
 Result<Done> Tuner::attempt(Ladder& ladder, double steps, double tolerance) {
   const double step = t_.subject.sampling.interval / steps;
-  const std::string key =
-      fmt::format("{}|tune|{}|{}|{}", t_.subject.key, ladder.loaded->method.name, step, tolerance);
-  const double from = wall_seconds();
-  if (const Json* k = journal_.find(key)) {
-    const auto number = [&](const char* name) {
-      return (*k)[name].is_number() ? (*k)[name].get<double>() : kUnknown;
-    };
-    ladder.attempts.push_back({step, tolerance, (*k)["status"].get<std::string>(),
-                               (*k)["reason"].get<std::string>(), number("error"), number("cost")});
-    ladder.next = 2 * number("took_s");
-    return Done{};
-  }
-  if (left(kRunsPart) < ladder.next) {
-    ladder.end = Ladder::End::time;
-    return Done{};
-  }
-  Attempt a = measured(*ladder.loaded, step, tolerance);
-  if (a.status == "stopped") {
-    ladder.end = Ladder::End::time;
-    return Done{};
-  }
-  const double took = wall_seconds() - from;
-  ladder.next = 2 * took;  // half the step
-  Json known{{"status", a.status},
-             {"reason", a.reason},
-             {"error", json_number(a.error)},
-             {"cost", json_number(a.cost)},
-             {"took_s", took}};
-  ladder.attempts.push_back(std::move(a));
-  return journal_.add(key, std::move(known));
+  return try_setting({t_.subject, t_.reference, journal_, begin_ + kRunsPart * c_.within}, ladder,
+                     {step, tolerance});
 }
 
 /// Whether a ladder ends with its last attempt.
@@ -148,7 +80,8 @@ Ladder::End Tuner::end_of(const Ladder& l) const {
   const Attempt& a = all.back();
   if (!a.is_ok()) {
     const auto failed = [](const Attempt& one) { return !one.is_ok(); };
-    const bool all_fail = n >= kFailures && std::all_of(all.end() - kFailures, all.end(), failed);
+    const bool all_fail =
+        n >= kMostFailures && std::all_of(all.end() - kMostFailures, all.end(), failed);
     return all_fail ? fails : n == c_.rungs ? finest : none;
   }
   if (c_.error && meets(a)) return met;
@@ -249,18 +182,15 @@ void Tuner::choose() {
   t_.is_met = t_.choice && meets(t_.attempt());
 }
 
-Result<Tuning> Tuner::make() {
-  Result<Subject> subject = read_subject(c_.scene, {c_.duration, c_.coarsest, 4});
-  if (!subject) return subject.errors();
-  t_.subject = std::move(*subject);
-  t_.subject.key += fmt::format("|{}|{}|", t_.subject.sampling.interval, t_.subject.sampling.count);
+Result<Tuning> Tuner::make(Subject subject) {
+  t_.subject = std::move(subject);
   const double step = t_.subject.sampling.interval / t_.subject.coarsest_steps();
   Result<Reference> reference = reference_of(
       t_.subject, journal_, {t_.subject.sampling, step / 16, kReferencePart * c_.within});
   if (!reference) return reference.errors();
   t_.reference = std::move(*reference);
   rerun(t_.subject, t_.reference);
-  list_ladders();
+  t_.ladders = ladders_of(t_.subject, c_);
   if (!t_.reference.holds()) return std::move(t_);
   while (!interrupted()) {
     progress_.show(1 - left(1) / c_.within);
@@ -281,8 +211,8 @@ double error_floor(const Reference& reference) {
   return 2 * reference.own.position / reference.size;
 }
 
-Result<Tuning> tune_scene(const TuneChoices& choices, Journal& journal) {
-  return Tuner(choices, journal).make();
+Result<Tuning> tune_whole(const TuneChoices& choices, Journal& journal, Begun begun) {
+  return Tuner(choices, journal, begun.at).make(std::move(begun.subject));
 }
 
 }  // namespace pantin::program
