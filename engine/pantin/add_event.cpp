@@ -61,8 +61,13 @@ void check_more(Findings& findings, const MotorEvent& event) {
 
 void check_more(Findings& findings, const DriveEvent& event) {
   const World& world = findings.world();
-  if (!world.joint_drives.find(event.joint))
-    findings.add("joint", called(world, event.joint), "a joint with a drive");
+  const JointDrive* drive = world.joint_drives.find(event.joint);
+  if (!drive) return findings.add("joint", called(world, event.joint), "a joint with a drive");
+  if (!event.motion) return;
+  if (!drive->exact)
+    findings.add("motion", "one for a drive that is a spring", "an exact drive");
+  else if (event.motion->travels != drive->motion.travels)
+    findings.add("motion.travels", "another coordinate than that of the drive", "the same");
 }
 
 }  // namespace

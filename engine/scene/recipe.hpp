@@ -232,8 +232,9 @@ struct EventRecipe {
   std::string member;  // the key of that name: "body", "joint", "cable", "pin" or "gear"
   std::vector<std::string> bodies;
   PointRecipe point;
-  bool in_degrees = false;  // unit of a motor's target in the file
-  Real length_unit = 1;     // m, of the file; the values of a motor are in its unit
+  bool in_degrees = false;  // unit in the file of a motor's target, or of a drive's motion
+  bool says_along = false;  // of that motion
+  Real length_unit = 1;     // m, of the file; the values of a motor or motion are in its unit
 };
 /// Marks values of a motor or drive that an event leaves unchanged.
 inline constexpr Real kAsBefore = std::numeric_limits<Real>::quiet_NaN();

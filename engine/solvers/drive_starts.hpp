@@ -1,5 +1,5 @@
 #pragma once
-/// Exact drives that start where their joints stand.
+/// Exact drives that start, or go on, where their joints stand.
 #include "engine/world/world.hpp"
 
 namespace pantin::detail {

@@ -6,6 +6,7 @@
 /// independent of one another: one of them steps all bodies that are connected or may collide.
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -81,6 +82,11 @@ struct SolverRow {
   /// Adds the results of the step, those of its last substep, to the report and to the measures.
   void (*report)(const World&, StepReport&);
   void (*measure)(const World&, Measures&) = [](const World&, Measures&) {};
+  /// The angle that an exact drive turns its joint by, after the last step, with whole turns
+  /// counted, rad; NaN where it drives none.
+  Real (*drive_angle)(const World&, Entity joint) = [](const World&, Entity) {
+    return std::numeric_limits<Real>::quiet_NaN();
+  };
 };
 
 namespace quasistatic {

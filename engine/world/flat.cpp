@@ -143,6 +143,13 @@ std::string flat_fault(const Joint& joint, const KinematicPath& path, Vec3 ancho
   return {};
 }
 
+std::string flat_drive_fault(const Joint& joint, bool travels, const Pose& a) {
+  const FlatJoint moves = travels ? FlatJoint::slider : FlatJoint::hinge;
+  if (flat_kind(joint, a) == moves) return {};
+  return travels ? "is driven along its travel, which lies out of the xy plane"
+                 : "is driven about its axis, which lies in the xy plane";
+}
+
 std::string flat_fault(const SurfaceContact& c, const Pose& a, const Pose& b) {
   for (const auto& [pose, side] :
        {std::pair{compose(a, c.on_a.pose), "a"}, {compose(b, c.on_b.pose), "b"}}) {

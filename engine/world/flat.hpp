@@ -38,6 +38,10 @@ std::string flat_fault(const Joint& joint, const Pose& a, const Pose& b);
 /// The same if one body follows a path, with the joint's anchor on it.
 std::string flat_fault(const Joint& joint, const KinematicPath& path, Vec3 anchor);
 
+/// Why an exact drive cannot move its coordinate in the plane, the travel or the angle of a joint
+/// that has no fault itself, or empty.
+std::string flat_drive_fault(const Joint& joint, bool travels, const Pose& a);
+
 /// Why two curves in contact cannot be solved in the plane, or empty.
 std::string flat_fault(const SurfaceContact& contact, const Pose& a, const Pose& b);
 

@@ -92,7 +92,7 @@ void fit_spline(DriveMotion& motion);
 /// An `exact` drive is a constraint instead: the coordinate follows `motion`, by whatever torque
 /// (or force) that takes, up to max_torque. Where it would take more, the drive exerts max_torque
 /// and the coordinate falls behind; it catches up without overshoot, as far as max_torque allows.
-/// Solved by `lagrangian`.
+/// `lagrangian` has both; `planar` has exact ones of hinges and sliders.
 struct JointDrive {
   Quat target{1, 0, 0, 0};
   Real stiffness = 0;       // N m/rad

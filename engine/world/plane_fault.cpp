@@ -61,8 +61,13 @@ std::string link_fault(const Flat& flat, std::uint32_t slot) {
     if (const KinematicPath* path = flat.world.paths.find(body))
       if (std::string why = flat_fault(link.joint, *path, anchor); !why.empty())
         return "has a joint that " + why;
-  if (flat.world.joint_drives.find(flat.world.links.owners()[slot]))
-    return "has a joint with a joint drive, which the planar solver does not support";
+  if (const JointDrive* drive = flat.world.joint_drives.find(flat.world.links.owners()[slot])) {
+    if (!drive->exact)
+      return "has a joint with a joint drive, which the planar solver does not support";
+    if (std::string why = flat_drive_fault(link.joint, drive->motion.travels, flat.pose_of(link.a));
+        !why.empty())
+      return "has a joint that " + why;
+  }
   for (const Feature f : features_of(link.joint))
     if (!knows(Solver::planar, f))
       return std::string("has a joint with ") + name_of(f) +

@@ -117,6 +117,50 @@ TEST_CASE("A motor keeps what is not said") {
   CHECK((there.motor.kind == MotorKind::position && there.motor.damping == 2));
 }
 
+TEST_CASE("An exact drive gets another motion, along the coordinate that it drives") {
+  const auto scene_with = [](const std::string& event, const std::string& more = "") {
+    return R"({"version": 1, )" + more + R"("bodies": [
+{"name": "cart", "shape": {"type": "sphere", "radius": 100}, "mass": 1},
+{"name": "arm", "shape": {"type": "sphere", "radius": 100}, "mass": 1, "position": [500, 0, 0]}],
+"joints": [
+{"name": "slide", "kind": "prismatic", "a": "world", "b": "cart", "anchor": [0, 0, 0], "axis": [1, 0, 0],
+ "drive": {"motion": {"speed": 1}, "max_torque": 40}},
+{"name": "axle", "kind": "hinge", "a": "world", "b": "arm", "anchor": [500, 0, 0], "axis": [0, 0, 1],
+ "drive": {"stiffness": 3}}],
+"events": [
+)" + event +
+           "]}";
+  };
+  const auto event_of = [&](const std::string& event, const std::string& more = "") {
+    const Scene scene = good(scene_with(event, more));
+    return std::get<DriveEvent>(events_of(scene.world)->values()[0].kind);
+  };
+  const DriveEvent on = event_of(
+      R"({"type": "drive", "joint": "slide", "motion": {"table": [[0, 0], [2, 50]]}, "at": 1})");
+  REQUIRE(on.motion);
+  CHECK((on.motion->travels && on.motion->at_start && on.max_torque == 40 && on.at == 1));
+  CHECK(on.motion->knots.at(1).value == 50);
+  const DriveEvent small = event_of(
+      R"({"type": "drive", "joint": "slide", "motion": {"table": [[0, 0], [2, 50]], "offset": 20}, "at": 1})",
+      R"("units": "mm", )");
+  CHECK(small.motion->knots.at(1).value == Approx(0.05));
+  CHECK((small.motion->offset == Approx(0.02) && !small.motion->at_start));
+  CHECK(small.max_torque == 40);
+  const auto told = [&](const std::string& event) {
+    const Lines lines = diagnostics(scene_with(event));
+    REQUIRE(lines.size() == 1);
+    return lines[0];
+  };
+  CHECK(told(R"({"type": "drive", "joint": "slide", "motion": {"speed_deg": 9}, "at": 1})")
+            .find("expected numbers in m, not in degrees") != std::string::npos);
+  CHECK(told(R"({"type": "drive", "joint": "slide", "motion": {"along": "angle"}, "at": 1})")
+            .find("expected \"along\": \"travel\"") != std::string::npos);
+  CHECK(told(R"({"type": "drive", "joint": "axle", "motion": {"speed": 9}, "at": 1})")
+            .find("expected an exact drive") != std::string::npos);
+  CHECK(told(R"({"type": "drive", "joint": "slide", "motion": {"speed": 9}, "over": 1, "at": 1})")
+            .find("\"over\"") != std::string::npos);
+}
+
 TEST_CASE("Events with unknown names are refused with the nearest one") {
   CHECK(refused(R"({"type": "push", "body": "aa", "force": [1, 0, 0]})") ==
         Lines{"t.json:13:26: /events/0/body: found \"aa\", expected the name of a body; nearest is "

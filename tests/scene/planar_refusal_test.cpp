@@ -245,6 +245,22 @@ TEST_CASE("a scene that accepts an error is solved by the cheapest model that ke
   CHECK(solver_of(*exact, "crank") == Solver::lagrangian);
 }
 
+TEST_CASE("a mechanism with an exact drive is solved in the plane where an error is accepted") {
+  const auto driven = [](const std::string& more, const char* axis = "[0, 0, 1]") {
+    return R"({"version": 1, )" + more + R"("bodies": [
+{"name": "arm", "mass": 1, "inertia": [1, 1, 1], "position": [1, 0, 0]}],
+"joints": [
+{"name": "axle", "kind": "cylindrical", "a": "world", "b": "arm", "anchor": [0, 0, 0], "axis": )" +
+           axis + R"(, "drive": {"motion": {"along": "angle", "speed": 2}}}]})";
+  };
+  CHECK(solver_of(good(driven(R"("error": 0.01, )")), "arm") == Solver::planar);
+  CHECK(solver_of(good(driven(R"("error": 0.01, )", "[1, 0, 0]")), "arm") != Solver::planar);
+  CHECK(solver_of(good(driven("")), "arm") != Solver::planar);
+  const Lines told = diagnostics(driven(R"("solver": {"type": "planar"}, )", "[1, 0, 0]"));
+  REQUIRE(told.size() == 1);
+  CHECK(told[0].find("is driven about its axis, which lies in the xy plane") != std::string::npos);
+}
+
 TEST_CASE("a loop in the plane beside bodies in space is solved there alone") {
   std::string text = four_bar("");
   text.replace(text.find("\"bodies\": [") + 11, 0,

@@ -78,7 +78,9 @@ Makeup makeup_of(const BuiltScene& built) {
   };
   for (const BuiltJoint& j : built.joints) {
     pairs.push_back(join(j.a, j.b));
-    if (!is_articulated(j.joint.kind) || (*j.joint.parameters).restitution != 0) close(j.a, j.b);
+    const bool is_exact = j.drive && j.drive->exact;
+    if (!is_articulated(j.joint.kind) || (*j.joint.parameters).restitution != 0 || is_exact)
+      close(j.a, j.b);
   }
   for (const BuiltSurfaceJoint& s : built.surface_joints) close(s.a, s.b);
   for (const BuiltGear& g : built.gears) close(built.joints[g.first].b, built.joints[g.second].b);

@@ -6,6 +6,7 @@
 #include "engine/joints/kinds.hpp"
 #include "engine/scene/build/group_builder.hpp"
 #include "engine/scene/build/place.hpp"
+#include "engine/world/drive_motion.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -129,6 +130,26 @@ bool GroupBuilder::set_motor(Element<EventRecipe> e, std::uint32_t joint, JointM
   return true;
 }
 
+/// Fits the motion of an event to the joint that it drives; returns false after an error.
+bool GroupBuilder::set_motion(Element<EventRecipe> e, const BuiltJoint& j, DriveMotion& motion) {
+  const auto error = [&](const std::string& what) {
+    messages_.error(e.id, "motion",
+                    "found a motion for the drive of " + quoted_name(j.name) + ", " + what);
+    return false;
+  };
+  if (!j.drive->exact)
+    return error("which is a spring; expected an exact drive, with a \"motion\" of its own");
+  const bool travels = j.drive->motion.travels;
+  if (e.recipe.says_along && motion.travels != travels)
+    return error(travels ? "which drives the travel; expected \"along\": \"travel\""
+                         : "which drives the angle; expected \"along\": \"angle\"");
+  if (travels && e.recipe.in_degrees)
+    return error("which drives a travel; expected numbers in m, not in degrees");
+  motion.travels = travels;
+  if (travels) scale(motion, e.recipe.length_unit);
+  return true;
+}
+
 /// The same for a joint drive.
 bool GroupBuilder::set_drive(Element<EventRecipe> e, std::uint32_t joint, DriveEvent& event) {
   const BuiltJoint& j = made_.joints[joint];
@@ -138,6 +159,7 @@ bool GroupBuilder::set_drive(Element<EventRecipe> e, std::uint32_t joint, DriveE
         "found joint " + quoted_name(j.name) + " without a drive, expected one with a \"drive\"");
     return false;
   }
+  if (event.motion && !set_motion(e, j, *event.motion)) return false;
   if (j.drive->motion.travels) event.max_torque /= e.recipe.length_unit;  // N, not N m
   event.stiffness = or_before(event.stiffness, j.drive->stiffness);
   event.damping = or_before(event.damping, j.drive->damping);

@@ -136,6 +136,7 @@ class GroupBuilder {
   bool can_be_pushed(Element<EventRecipe> e, std::uint32_t body);
   bool place_event(Element<EventRecipe> e, std::uint32_t body, TimedEvent& event);
   bool set_motor(Element<EventRecipe> e, std::uint32_t joint, JointMotor& motor);
+  bool set_motion(Element<EventRecipe> e, const BuiltJoint& j, DriveMotion& motion);
   bool set_drive(Element<EventRecipe> e, std::uint32_t joint, DriveEvent& event);
   bool count_targets(const ElementId& at, std::size_t more);
   void add_event_on(Element<EventRecipe> e, EventObject object, std::uint32_t which);

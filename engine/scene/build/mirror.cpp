@@ -9,6 +9,7 @@
 #include "engine/geometry/skin_model.hpp"
 #include "engine/geometry/surface.hpp"
 #include "engine/nurbs/plane_curves.hpp"
+#include "engine/world/drive_motion.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -117,6 +118,7 @@ void mirror(BuiltJoint& j, const Reflection& by) {
   j.joint.anchor_b = anchor(j.b, j.joint.anchor_b);
   j.joint.frames.set(by.axes(j.joint.frames.a()), by.axes(j.joint.frames.b()));
   mirror_travel(j.joint);
+  if (j.drive && j.drive->exact && j.drive->motion.travels) scale(j.drive->motion, -1);
 }
 
 void mirror(BuiltEvent& e, const Reflection& by, const BuiltScene& whole) {
@@ -133,6 +135,8 @@ void mirror(BuiltEvent& e, const Reflection& by, const BuiltScene& whole) {
                       !info_of(whole.joints[e.on].joint.kind).is_used(Coordinate::angle, kActuated);
   if (auto* motor = std::get_if<MotorEvent>(&t.kind); motor && slides)
     motor->motor.target = -motor->motor.target;
+  if (auto* drive = std::get_if<DriveEvent>(&t.kind); drive && drive->motion)
+    if (drive->motion->travels) scale(*drive->motion, -1);
 }
 
 }  // namespace

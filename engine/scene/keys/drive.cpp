@@ -27,7 +27,7 @@ constexpr Key kJointDrive[] = {
     object("motion", "drive_motion",
            "Instead of a spring: the coordinate follows this motion exactly, by whatever torque "
            "that takes. Beyond max_torque it yields with that torque, and catches up later. For "
-           "the solver lagrangian."),
+           "the solvers lagrangian and planar."),
 };
 constexpr Exclusive kDrivePairs[] = {{"target", "angle angle_deg keys"},
                                      {"target_deg", "angle angle_deg keys"},

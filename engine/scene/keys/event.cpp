@@ -38,12 +38,13 @@ constexpr FormInfo kForms[] = {{EventForm::direction, ValueType::vector},
                                {EventForm::whole, ValueType::whole, {0, 1e9, ""}},
                                {EventForm::solver, ValueType::word},
                                {EventForm::reference, ValueType::reference},
-                               {EventForm::references, ValueType::references}};
+                               {EventForm::references, ValueType::references},
+                               {EventForm::motion, ValueType::object}};
 
 constexpr bool is_complete_list() {
   for (std::size_t i = 0; i < std::size(kForms); ++i)
     if (kForms[i].form != static_cast<EventForm>(i)) return false;
-  return std::size(kForms) == static_cast<std::size_t>(EventForm::references) + 1;
+  return std::size(kForms) == static_cast<std::size_t>(EventForm::motion) + 1;
 }
 static_assert(is_complete_list());
 
@@ -58,6 +59,7 @@ Key or_else(const Key& key, const T& value) {
 }
 
 Key key_of(const EventKey& from, const auto& member) {
+  if (from.form == EventForm::motion) return object(from.key, "drive_motion", from.about);
   const FormInfo& form = kForms[static_cast<std::size_t>(from.form)];
   Key key = row(from.key, form.type, from.unit, from.about).within(form.range);
   key.expected = from.needed.empty() ? from.names : from.needed;

@@ -2,6 +2,7 @@
 #include <string>
 
 #include "engine/scene/read/read.hpp"
+#include "engine/world/drive_motion.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -65,8 +66,18 @@ void read_table(const Reader& from, DriveMotion& motion) {
                                        ", expected a later one");
     motion.knots.push_back(knot);
   }
+  fit_spline(motion);
   if (motion.knots.size() < 2 && from.json[from.find(key)].kind == JsonKind::array)
     from.error_value(key, "two rows or more, each a time and a value");
+}
+
+void read_numbers(const Reader& from, DriveMotion& motion) {
+  const Coordinate along = motion.travels ? Coordinate::travel : Coordinate::angle;
+  motion.at_start = !from.has("offset") && !from.has("offset_deg");
+  motion.offset = read_coordinate(from, "offset", along);
+  motion.speed = read_coordinate(from, "speed", along);
+  motion.amplitude = read_coordinate(from, "amplitude", along);
+  read_table(from, motion);
 }
 
 }  // namespace
@@ -92,17 +103,23 @@ DriveMotion read_drive_motion(const Reader& from, const Reading& reading, JointK
   if (!info.is_used(along, kActuated))
     from.error("found a motion" + which + " of " + a_joint(kind) +
                ", expected one of these kinds: " + kinds_where(keys::acts));
-  motion.at_start = !from.has("offset") && !from.has("offset_deg");
-  motion.offset = read_coordinate(from, "offset", along);
-  motion.speed = read_coordinate(from, "speed", along);
-  motion.amplitude = read_coordinate(from, "amplitude", along);
-  read_table(from, motion);
-  if (const Real unit = reading.length_unit; motion.travels && unit != 1) {
-    motion.offset *= unit, motion.speed *= unit, motion.amplitude *= unit;
-    for (MotionKnot& knot : motion.knots) knot.value *= unit;
-  }
-  fit_spline(motion);
+  read_numbers(from, motion);
+  if (motion.travels) scale(motion, reading.length_unit);
   return motion;
+}
+
+UnboundMotion read_drive_motion(const Reader& from, const Reading& reading) {
+  UnboundMotion read;
+  if (!from.is_object()) return read;
+  read_rows(reading, from, read.motion);
+  const bool travels = read.motion.travels;
+  for (const std::string_view key : {"offset_deg", "speed_deg", "amplitude_deg", "table_deg"})
+    read.in_degrees = read.in_degrees || from.has(key);
+  read.says_along = from.has("along");
+  read.motion.travels = travels && !read.in_degrees;
+  read_numbers(from, read.motion);
+  read.motion.travels = travels;
+  return read;
 }
 
 }  // namespace pantin::detail

@@ -69,6 +69,12 @@ struct KeyReader {
   void operator()(const EventKey& key, Real& number) const {
     if (from.has(key.key)) number = key.scale * from.number(key.key, number / key.scale);
   }
+  void operator()(const EventKey& key, std::optional<DriveMotion>& motion) const {
+    if (!from.has(key.key)) return;
+    const UnboundMotion read =
+        read_drive_motion(reading.open(from.find(key.key), "drive_motion"), reading);
+    motion = read.motion, recipe.in_degrees = read.in_degrees, recipe.says_along = read.says_along;
+  }
   void operator()(const EventKey& key, Vec3& v) const {
     if (key.form == EventForm::anchor)
       recipe.point = {from.vec_if("point"), from.vec_if(key.key)};

@@ -172,6 +172,13 @@ JointLimits read_limits(const Reading& reading, const Reader& from, RotationReci
 /// A coordinate of a joint or its rate: m, or an angle under `key` or `key`_deg.
 Real read_coordinate(const Reader& from, std::string_view key, Coordinate along);
 DriveMotion read_drive_motion(const Reader& from, const Reading& reading, JointKind kind);
+/// The same for a joint that is not known yet, with lengths in the unit of the file, and whether it
+/// says "along" and has angles in degrees.
+struct UnboundMotion {
+  DriveMotion motion;
+  bool says_along = false, in_degrees = false;
+};
+UnboundMotion read_drive_motion(const Reader& from, const Reading& reading);
 std::optional<JointDrive> read_pose_drive(const Reading& reading, const Reader& from,
                                           JointKind kind);
 

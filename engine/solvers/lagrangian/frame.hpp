@@ -4,18 +4,9 @@
 
 #include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
+#include "engine/solvers/drive_lag.hpp"
 
 namespace pantin::detail::lagrangian {
-
-/// How an exact drive with a maximum torque acts in a step.
-struct DriveLag {
-  // Its coordinate is behind its motion by (value + (rate + decay value) t) exp(-decay t), at the
-  // time t since `from`: rad or m, rad/s or m/s, s, 1/s.
-  Real value = 0, rate = 0, from = 0, decay = 0;
-  bool yields = false;   // it exerts `force` instead
-  Real force = 0;        // N m or N
-  bool limited = false;  // it yields for want of torque; others do while contacts are resolved
-};
 
 /// A reference frame that is not part of the island: the world, a fixed or kinematic body, a pin's
 /// target; the winch of a cable, whose x is the cable's length; or an exact drive, whose x is the

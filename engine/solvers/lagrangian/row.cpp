@@ -187,6 +187,15 @@ void measure(const World& world, Measures& m) {
   for (const Island& island : islands_of(world)) measure_island(world, island, m);
 }
 
+Real drive_angle(const World& world, Entity joint) {
+  const std::uint32_t now = world.links.slot(joint), slot = world.links.slot_then(now);
+  for (const Island& m : islands_of(world))
+    for (std::size_t i = 0; m.driven && m.counted && i < m.blocks.size(); ++i)
+      if (const Block& b = m.blocks[i]; b.kind == BlockKind::drive && b.source == slot)
+        if (b.coordinate == Coordinate::angle) return m.memory[i].before[0];
+  return std::numeric_limits<Real>::quiet_NaN();
+}
+
 }  // namespace
 
 const SolverRow kRow{.name = "lagrangian",
@@ -202,7 +211,8 @@ const SolverRow kRow{.name = "lagrangian",
                      .adjust = adjust,
                      .note_failure = note_failure,
                      .report = report,
-                     .measure = measure};
+                     .measure = measure,
+                     .drive_angle = drive_angle};
 
 }  // namespace pantin::detail::lagrangian
 

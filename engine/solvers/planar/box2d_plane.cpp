@@ -20,6 +20,8 @@ constexpr Real kMostUnits = 1.2, kMostTurn = 1.0;
 // offset inwards or outwards so that the given surfaces meet.
 constexpr float kInset = 1.5f * b2_linearSlop, kDiscOutset = 0.5f * b2_linearSlop;
 constexpr float kTiniest = 1e-20f, kFar = 1e3f;  // kFar: units
+constexpr Real kHuge = 1e30;                     // a drive without a maximum
+constexpr Real kCapped = 1 - 1e-3;               // of the maximum: single precision
 
 /// Lengths in units, positions from a local origin.
 struct Scale {
@@ -156,6 +158,7 @@ struct Stepper {
   std::vector<b2Body*> bodies = {};
   // By joint: the constraint, and the spring or motor of a hinge.
   std::vector<b2Joint*> holds = {}, springs = {};
+  std::vector<Real> driven = {};  // impulses of drives, in Box2D's units
   float part() const { return static_cast<float>(h / substeps); }
 };
 
@@ -254,10 +257,15 @@ b2Joint* add_torsion(Stepper& s, const PlaneJoint& j) {
   return s.world.CreateJoint(&d);
 }
 
+float at_most_huge(Real force) { return static_cast<float>(std::min(force, kHuge)); }
+
 void add_hinge(Stepper& s, const PlaneJoint& j) {
   auto d = between<b2RevoluteJointDef>(s, j);
   d.enableLimit = j.limited;
   d.lowerAngle = static_cast<float>(j.low), d.upperAngle = static_cast<float>(j.high);
+  d.enableMotor = j.drive.on, d.motorSpeed = static_cast<float>(j.drive.rate);
+  const Real per_metre = s.scale.per_metre;
+  d.maxMotorTorque = at_most_huge(j.drive.most * per_metre * per_metre);
   s.holds.back() = s.world.CreateJoint(&d);
   s.springs.back() = add_torsion(s, j);
 }
@@ -274,6 +282,8 @@ void add_slider(Stepper& s, const PlaneJoint& j) {
   d.referenceAngle = static_cast<float>(-j.angle_error);
   d.enableLimit = j.limited;
   d.lowerTranslation = s.scale.length(j.low), d.upperTranslation = s.scale.length(j.high);
+  d.enableMotor = j.drive.on, d.motorSpeed = s.scale.length(j.drive.rate);
+  d.maxMotorForce = at_most_huge(j.drive.most * s.scale.per_metre);
   s.holds.back() = s.world.CreateJoint(&d);
   const PlaneSpring& spring = j.along;
   if (spring.stiffness > 0 || spring.damping > 0) {
@@ -364,6 +374,27 @@ void read_loads(Stepper& s) {
   }
 }
 
+/// Adds the impulses of drives in a substep.
+void add_drives(Stepper& s) {
+  for (std::size_t i = 0; i < s.holds.size(); ++i) {
+    const PlaneJoint& j = s.plane.joints[i];
+    if (!j.drive.on || !s.holds[i]) continue;
+    s.driven[i] += j.kind == PlaneJoint::hinge
+                       ? static_cast<b2RevoluteJoint*>(s.holds[i])->GetMotorTorque(1)
+                       : static_cast<b2PrismaticJoint*>(s.holds[i])->GetMotorForce(1);
+  }
+}
+
+void read_drives(Stepper& s) {
+  for (std::size_t i = 0; i < s.holds.size(); ++i) {
+    PlaneJoint& j = s.plane.joints[i];
+    if (!j.drive.on || !s.holds[i]) continue;
+    const Real scale = s.scale.per_metre * (j.kind == PlaneJoint::hinge ? s.scale.per_metre : 1);
+    j.drive.force = s.driven[i] / (s.h * scale);
+    j.drive.capped = std::abs(j.drive.force) >= kCapped * j.drive.most;
+  }
+}
+
 void read_results(Stepper& s) {
   for (std::size_t i = 0; i < s.bodies.size(); ++i) {
     PlaneBody& b = s.plane.bodies[i];
@@ -426,12 +457,13 @@ void step_plane(Plane& plane, Real h, std::vector<PlaneContact>& touches) {
   s.bodies.reserve(plane.bodies.size()), s.thinnest = thinnest_of(plane);
   for (std::uint32_t i = 0; i < plane.bodies.size(); ++i) add_body(s, i);
   for (const PlaneJoint& j : plane.joints) add_joint(s, j);
+  s.driven.assign(s.holds.size(), 0);
   for (int i = 0; i < s.substeps; ++i) {
     begin_joints(s);
     s.world.Step(s.part(), kVelocityIterations, kPositionIterations);
-    warm.end();
+    add_drives(s), warm.end();
   }
-  read_results(s), read_loads(s), read_touches(s, touches);
+  read_results(s), read_loads(s), read_drives(s), read_touches(s, touches);
   add_impulses(s, warm.borne(), touches);
 }
 

@@ -113,8 +113,9 @@ Coordinate second_of(const Gear& gear) {
   return gear.second_travels ? Coordinate::travel : Coordinate::angle;
 }
 
-/// The coordinate of a geared link, relative to its reference, as a row.
-Row coordinate(const World& world, const Planar& all, std::uint32_t at, Coordinate which) {
+}  // namespace
+
+Row counted_row(const World& world, const Planar& all, std::uint32_t at, Coordinate which) {
   const StepScratch& s = all.scratch;
   PANTIN_ASSERT(at < s.joint_of.size() && s.joint_of[at] != kNobody);
   const PlaneJoint& j = s.plane.joints[s.joint_of[at]];
@@ -131,12 +132,10 @@ Row coordinate(const World& world, const Planar& all, std::uint32_t at, Coordina
   return row;
 }
 
-}  // namespace
-
 Row gear_row(const World& world, const Planar& all, const FlatGear& gear) {
   const Gear& told = world.gears.values()[gear.slot];
-  const Row first = coordinate(world, all, gear.links[0], first_of(told));
-  Row row = coordinate(world, all, gear.links[1], second_of(told));
+  const Row first = counted_row(world, all, gear.links[0], first_of(told));
+  Row row = counted_row(world, all, gear.links[1], second_of(told));
   for (int i = 0; i < first.count; ++i) row.add(first.body[i], -told.ratio * first.j[i]);
   row.c += gear.second - told.ratio * (first.c + gear.first) - gear.offset;
   return row;
@@ -147,6 +146,8 @@ void find_rows(const World& world, Planar& all, const Mechanism& of) {
   s.rows.clear();
   each_joint(all, of, [&](const PlaneJoint& j) { append_joint_rows(j, s.motions, s.rows); });
   for (const std::uint32_t gear : of.gears) s.rows.push_back(gear_row(world, all, all.gears[gear]));
+  for (const std::uint32_t drive : of.drives)
+    s.rows.push_back(drive_row(world, all, all.drives[drive]));
   append_curve_rows(all, of, s.rows);
   for (const std::uint32_t span : of.spans) s.rows.push_back(span_row(world, all, all.spans[span]));
 }
@@ -257,7 +258,7 @@ void close_velocities(Closing& c) {
   c.of.closing.compute(s.rows, m.inverse_mass);
   for (int n = 0; n < 2; ++n) {
     s.lambda.clear();
-    for (const Row& row : s.rows) s.lambda.push_back(-rate_of(row, m.velocity));
+    for (const Row& row : s.rows) s.lambda.push_back(lack_of(row, m.velocity));
     c.of.closing.solve(s.lambda);
     add(s.rows, s.lambda, m, m.velocity);
     for (std::size_t i = 0; i < s.rows.size(); ++i) c.of.row_impulses[i] += s.lambda[i];
@@ -280,10 +281,14 @@ void note_borne(Closing& c) {
       sum.torque += force * (on_b.z - (arm.x * on_b.y - arm.y * on_b.x));
     }
   });
+  row += c.of.gears.size();
+  for (const std::uint32_t drive : c.of.drives)
+    c.all.drives[drive].impulse += c.of.row_impulses[row++];
 }
 
-/// The coordinate of a joint in its present pose, as its joint kind counts it.
-Real coordinate_now(const World& world, const FlatLink& l, Coordinate which) {
+/// The coordinate of a joint in its present pose, as its joint kind counts it; an angle is the one
+/// nearest to `before`.
+Real coordinate_now(const World& world, const FlatLink& l, Coordinate which, Real before = 0) {
   const Link& link = world.links.values()[l.link];
   const auto state = [&](Entity e) {
     const Body& b = world.bodies[e];
@@ -291,17 +296,19 @@ Real coordinate_now(const World& world, const FlatLink& l, Coordinate which) {
                      b.angular_velocity};
   };
   Real x = 0;
-  write_coordinate({link.joint, state(link.a), state(link.b)}, which, {&x, nullptr, nullptr});
+  write_coordinate({link.joint, state(link.a), state(link.b), before}, which,
+                   {&x, nullptr, nullptr});
   return x;
 }
 
 }  // namespace
 
-void count_gears(const World& world, Planar& all) {
+void count_coordinates(const World& world, Planar& all) {
   Motions& m = all.scratch.motions;
-  const bool all_counted = std::all_of(all.gears.begin(), all.gears.end(),
-                                       [](const FlatGear& gear) { return gear.counted; });
-  if (all_counted) return;
+  const auto are_counted = [](const auto& list) {
+    return std::ranges::all_of(list, [](const auto& of) { return of.counted; });
+  };
+  if (are_counted(all.gears) && are_counted(all.drives)) return;
   const std::vector<PlaneBody>& bodies = all.scratch.plane.bodies;
   m.position.clear(), m.gained.assign(bodies.size(), 0);
   for (const PlaneBody& b : bodies) m.position.push_back({b.position.x, b.position.y, b.angle});
@@ -310,10 +317,18 @@ void count_gears(const World& world, Planar& all) {
     const Gear& told = world.gears.values()[gear.slot];
     const Real first = coordinate_now(world, all.links[gear.links[0]], first_of(told));
     const Real second = coordinate_now(world, all.links[gear.links[1]], second_of(told));
-    gear.first = first - coordinate(world, all, gear.links[0], first_of(told)).c;
-    gear.second = second - coordinate(world, all, gear.links[1], second_of(told)).c;
+    gear.first = first - counted_row(world, all, gear.links[0], first_of(told)).c;
+    gear.second = second - counted_row(world, all, gear.links[1], second_of(told)).c;
     gear.offset = told.has_offset ? told.offset : second - told.ratio * first;
     gear.counted = true;
+  }
+  for (FlatDrive& d : all.drives) {
+    if (d.counted) continue;
+    const Coordinate which = d.travels ? Coordinate::travel : Coordinate::angle;
+    const Real meant = motion_at(world.joint_drives.values()[d.drive].motion, world.time).value;
+    d.first = coordinate_now(world, all.links[d.link], which, meant) -
+              counted_row(world, all, d.link, which).c;
+    d.counted = true;
   }
 }
 

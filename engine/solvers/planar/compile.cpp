@@ -115,6 +115,23 @@ void pick_gears(Builder& b) {
   }
 }
 
+void pick_drives(Builder& b) {
+  for (std::uint32_t at = 0; at < b.all.links.size(); ++at) {
+    const Entity owner = b.all.links[at].owner;
+    const std::uint32_t slot = b.world.joint_drives.slot(owner);
+    if (slot == kNoSlot || !b.world.joint_drives.values()[slot].exact) continue;
+    const bool travels = b.world.joint_drives.values()[slot].motion.travels;
+    const Link& link = b.world.links.values()[b.all.links[at].link];
+    std::string why = flat_drive_fault(link.joint, travels, b.world.bodies[link.a].pose);
+    if (!why.empty()) {
+      b.leave_out(owner, std::move(why));
+      continue;
+    }
+    FlatDrive& made = b.all.drives.emplace_back();
+    made.owner = owner, made.drive = slot, made.link = at, made.travels = travels;
+  }
+}
+
 void pick_belts(Builder& b) {
   for (std::uint32_t i = 0; i < b.world.belts.size(); ++i) {
     const Belt& belt = b.world.belts.values()[i];
@@ -192,7 +209,8 @@ void number_bodies(Builder& b) {
   }
 }
 
-/// Carries over the rotation of bodies, the state of gears, and the contacts between them.
+/// Carries over the rotation of bodies, the state of gears and drives, and the contacts between
+/// them.
 void carry_over(const Planar& was, Planar& all) {
   std::vector<std::uint32_t> now(was.bodies.size(), kNobody);
   std::uint32_t at = 0;
@@ -218,6 +236,10 @@ void carry_over(const Planar& was, Planar& all) {
       if (old.gear == gear.gear)
         gear.counted = old.counted, gear.first = old.first, gear.second = old.second,
         gear.offset = old.offset;
+  for (FlatDrive& drive : all.drives)
+    for (const FlatDrive& old : was.drives)
+      if (old.owner == drive.owner && old.travels == drive.travels)
+        drive.counted = old.counted, drive.first = old.first, drive.value = old.value;
   for (FlatCurve& c : all.curves) {
     for (const FlatCurve& old : was.curves) {
       if (old.owner != c.owner) continue;
@@ -263,7 +285,7 @@ void compile(World& world, std::span<const IslandPlan> plans) {
         b.island[slot] = i;
     }
   }
-  pick_links(b), pick_pins(b), pick_gears(b), pick_belts(b), pick_curves(b);
+  pick_links(b), pick_pins(b), pick_gears(b), pick_drives(b), pick_belts(b), pick_curves(b);
   number_bodies(b);
   for (std::uint32_t i = 0; i < kept.bodies.size(); ++i)
     if (kept.bodies[i].island != kNobody) b.partition.set_column(kept.bodies[i].slot, i);

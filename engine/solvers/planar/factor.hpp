@@ -15,6 +15,7 @@ struct Row {
   std::array<std::uint32_t, 4> body{};
   std::array<Vec3, 4> j{};  // by x, y and the angle
   Real c = 0;               // m or rad
+  Real rate = 0;            // m/s or rad/s: the J v that it demands
   Real soft = 0;            // compliance, added to its pivot
 
   /// Adds the Jacobian of a body; to any earlier one of the same body.
@@ -29,6 +30,10 @@ struct Row {
 
 /// J v.
 Real rate_of(const Row& row, std::span<const Vec3> velocities);
+/// By how much J v is below what the row demands.
+inline Real lack_of(const Row& row, std::span<const Vec3> velocities) {
+  return row.rate - rate_of(row, velocities);
+}
 
 /// Inverse masses of a body along x, y and about z; zero for infinite mass.
 using InverseMasses = std::span<const Vec3>;

@@ -1,9 +1,12 @@
 #pragma once
 /// State of the planar solver in a World.
+#include <limits>
 #include <string_view>
 #include <vector>
 
 #include "engine/base/check.hpp"
+#include "engine/joints/rows.hpp"
+#include "engine/solvers/drive_lag.hpp"
 #include "engine/solvers/planar/curves.hpp"
 #include "engine/solvers/planar/factor.hpp"
 #include "engine/solvers/planar/plane.hpp"
@@ -69,6 +72,33 @@ struct FlatGear {
   }
 };
 
+/// An exact drive of one of the links. Its coordinate is that of counted_row(), plus `first`.
+struct FlatDrive {
+  Entity owner;
+  std::uint32_t drive = 0, link = 0;  // slot; in Planar::links
+  bool travels = false;
+  bool counted = false;                                 // `first` is known
+  Real first = 0;                                       // rad or m
+  Real value = std::numeric_limits<Real>::quiet_NaN();  // likewise: after the last step
+  // Of the step:
+  DriveLag lag;
+  Real impulse = 0;  // N m s or N s, along the coordinate
+  Real sign = 1;     // of the coordinate in the plane's joint
+
+  static void fields(auto& self, auto&& field) {
+    field("owner", derived(self.owner));
+    field("drive", derived(self.drive));
+    field("link", derived(self.link));
+    field("travels", derived(self.travels));
+    field("counted", self.counted);
+    field("first", self.first);
+    field("value", self.value);
+    field("lag", derived(self.lag));
+    field("impulse", derived(self.impulse));
+    field("sign", derived(self.sign));
+  }
+};
+
 /// A span of a belt that is a row; the spans of a belt are consecutive.
 struct FlatSpan {
   std::uint32_t belt = 0;      // slot
@@ -83,7 +113,7 @@ struct FlatSpan {
 struct RattleRows {
   std::vector<Row> rows;
   std::vector<PlaceNow> nows;  // by curve and slot
-  std::size_t first_span = 0, first_limit = 0, first_curve = 0;
+  std::size_t first_drive = 0, first_span = 0, first_limit = 0, first_curve = 0;
 };
 struct RattleSpring {
   const PlaneJoint* joint = nullptr;
@@ -121,7 +151,7 @@ struct RattleWork {
 struct Mechanism {
   std::vector<std::uint32_t> bodies;  // that it moves
   std::vector<std::uint32_t> driven;  // kinematic, moved by others
-  std::vector<std::uint32_t> links, pins, gears, spans, curves;
+  std::vector<std::uint32_t> links, pins, gears, drives, spans, curves;
   // Of the step:
   bool moved = false;    // the results below are those of the step
   bool touched = false;  // bodies were in contact with it in the last step
@@ -144,6 +174,7 @@ struct Motions {
   std::vector<Vec3> inverse_mass;        // likewise
   std::vector<Real> gained;              // rad: the angle since the start of the step
   std::vector<Vec3> before, answer;      // scratch of an iteration
+  Real time = 0;                         // s, since the start of the step: of what drives demand
 };
 /// Scratch of a step.
 struct StepScratch {
@@ -167,6 +198,7 @@ struct Planar {
   static constexpr std::string_view name = "planar";  // in saved Worlds
   std::vector<FlatBody> bodies;                       // in the order of their slots
   std::vector<FlatGear> gears;
+  std::vector<FlatDrive> drives;
   std::vector<PlaneContact> touches;  // of the last step
   contact::NearPairs near;            // likewise
   std::vector<JointLoad> loads;       // likewise, of the links and then of the pins
@@ -190,6 +222,7 @@ struct Planar {
   static void fields(auto& self, auto&& field) {
     field("bodies", in_place(self.bodies));
     field("gears", in_place(self.gears));
+    field("drives", in_place(self.drives));
     field("touches", self.touches);
     field("near", self.near);
     field("loads", in_place(self.loads));
@@ -221,8 +254,10 @@ void read_turns(const World& world, Planar& all);
 /// Fills the plane of the step.
 void gather(const World& world, Planar& all);
 
-/// Counts the coordinates of new gears from the poses before the step.
-void count_gears(const World& world, Planar& all);
+/// Counts the coordinates of new gears and drives from the poses before the step.
+void count_coordinates(const World& world, Planar& all);
+/// The coordinate of a link as the joint counts it, relative to a reference, as a row.
+Row counted_row(const World& world, const Planar& all, std::uint32_t link, Coordinate which);
 /// Closes joints and gears, positions and velocities, by mass-weighted least changes. Records the
 /// remaining residual.
 void close(const World& world, Planar& all, Real h);
@@ -255,6 +290,22 @@ bool may_slip(const World& world, const Planar& all, const Mechanism& of);
 void let_slip(const World& world, Planar& all, const Mechanism& of, Real h);
 /// After the bodies were written: stores positions and tensions of belts.
 void end_belts(World& world, Planar& all, Real h);
+
+/// The row of an exact drive at the current motions and their time; without a Jacobian where it
+/// yields.
+Row drive_row(const World& world, const Planar& all, const FlatDrive& of);
+/// The row of its coordinate.
+Row drive_pull(const World& world, const Planar& all, const FlatDrive& of);
+/// Finds the lags of drives with a maximum, from the motions at the start of the step, and tells
+/// Box2D's joints what they demand.
+void begin_drives(const World& world, Planar& all, Real h);
+/// After Box2D's step: takes over the forces of drives whose mechanisms it moved.
+void take_drives(Planar& all, Real h);
+/// Stores the results of drives.
+void write_drives(World& world, Planar& all, Real h);
+/// The rate along a row by a unit impulse along it, with the closing factor of the mechanism, which
+/// is up to date; where other rows stop it, that of its bodies alone.
+Real mobility_of(StepScratch& s, const Mechanism& of, const Row& along);
 
 /// The rows of a joint, and of a gear, at the current motions.
 void append_joint_rows(const PlaneJoint& joint, const Motions& m, std::vector<Row>& rows);

@@ -126,6 +126,10 @@ void list_mechanisms(const World& world, Planar& all) {
     if (!of) of = owner(two.a, two.b);
     if (of) of->gears.push_back(i);
   }
+  for (std::uint32_t i = 0; i < all.drives.size(); ++i) {
+    const FlatLink& link = all.links[all.drives[i].link];
+    if (Mechanism* of = owner(link.a, link.b)) of->drives.push_back(i);
+  }
   for (std::uint32_t i = 0; i < all.bodies.size(); ++i) {
     const std::uint32_t island = all.bodies[i].island;
     if (island == kNobody || of_island[island] == kNobody) continue;

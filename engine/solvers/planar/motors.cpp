@@ -10,10 +10,14 @@ namespace {
 
 constexpr Real kMoves = 1e-12;  // fraction of the mobility of a joint alone: below it is locked
 
+/// What a projection is made for: the velocities that rows demand, or changes of them.
+enum class Demand { rates, changes };
+
 /// Projects velocities onto the rows of the mechanism.
-void project(StepScratch& s, const Mechanism& of, std::vector<Vec3>& velocity) {
+void project(StepScratch& s, const Mechanism& of, std::vector<Vec3>& velocity, Demand demand) {
   s.lambda.clear();
-  for (const Row& row : s.rows) s.lambda.push_back(-rate_of(row, velocity));
+  for (const Row& row : s.rows)
+    s.lambda.push_back((demand == Demand::rates ? row.rate : 0) - rate_of(row, velocity));
   of.closing.solve(s.lambda);
   for (std::size_t r = 0; r < s.rows.size(); ++r)
     for (int i = 0; i < s.rows[r].count; ++i) {
@@ -37,18 +41,29 @@ bool is_driven(const PlaneJoint& j) {
   return j.kind == PlaneJoint::hinge || j.kind == PlaneJoint::slider;
 }
 
-/// Drives one joint.
-void drive(StepScratch& s, Mechanism& of, PlaneJoint& j, Real h) {
-  PANTIN_ASSERT(is_driven(j) && of.row_impulses.size() == s.rows.size());
+/// Motions::answer to a unit impulse along a row, alone and with the mechanism.
+struct Mobility {
+  Real alone = 0, tied = 0;
+  bool moves() const { return tied > kMoves * alone; }
+};
+Mobility answer_to(StepScratch& s, const Mechanism& of, const Row& along) {
   std::vector<Vec3>& answer = s.motions.answer;
-  const Row along = coordinate_row(j, s.motions);
-  const PlaneSpring& spring = j.along;
   answer.assign(s.motions.velocity.size(), Vec3(0));
   for (int i = 0; i < along.count; ++i)
     answer[along.body[i]] += s.motions.inverse_mass[along.body[i]] * along.j[i];
   const Real alone = rate_of(along, answer);
-  project(s, of, answer);
-  const Real mobility = rate_of(along, answer);
+  project(s, of, answer, Demand::changes);
+  return {alone, rate_of(along, answer)};
+}
+
+/// Drives one joint.
+void drive(StepScratch& s, Mechanism& of, PlaneJoint& j, Real h) {
+  PANTIN_ASSERT(is_driven(j) && of.row_impulses.size() == s.rows.size());
+  const std::vector<Vec3>& answer = s.motions.answer;
+  const Row along = coordinate_row(j, s.motions);
+  const PlaneSpring& spring = j.along;
+  const Mobility found = answer_to(s, of, along);
+  const Real mobility = found.tied;
   // Stiff springs act at the end position, soft ones at the present one: that loses no energy.
   const Real stiff = h * h * mobility * spring.stiffness;
   const Real slope = spring.damping + stiff / (1 + stiff) * h * spring.stiffness;
@@ -56,7 +71,7 @@ void drive(StepScratch& s, Mechanism& of, PlaneJoint& j, Real h) {
   const Real effort =
       (load - slope * rate_of(along, s.motions.velocity)) / (1 + h * mobility * slope);
   j.along = {}, j.load.spring = 0;
-  if (!(mobility > kMoves * alone)) return;
+  if (!found.moves()) return;
   for (std::size_t r = 0; r < s.rows.size(); ++r) of.row_impulses[r] += h * effort * s.lambda[r];
   for (const std::uint32_t i : of.bodies) {
     const Vec3 more = h * effort * answer[i];
@@ -66,6 +81,11 @@ void drive(StepScratch& s, Mechanism& of, PlaneJoint& j, Real h) {
 }
 
 }  // namespace
+
+Real mobility_of(StepScratch& s, const Mechanism& of, const Row& along) {
+  const Mobility found = answer_to(s, of, along);
+  return found.moves() ? found.tied : found.alone;
+}
 
 void drive_tied(const World& world, Planar& all, Real h) {
   StepScratch& s = all.scratch;
@@ -81,7 +101,7 @@ void drive_tied(const World& world, Planar& all, Real h) {
     find_rows(world, all, of);
     if (!of.closing.fits(s.rows.size())) of.closing.analyse(s.rows, s.motions.inverse_mass);
     of.closing.compute(s.rows, s.motions.inverse_mass);
-    project(s, of, s.motions.velocity);
+    project(s, of, s.motions.velocity, Demand::rates);
     of.row_impulses.assign(s.rows.size(), 0);
     each_joint(all, of, [&](PlaneJoint& j) {
       if (is_driven(j)) drive(s, of, j, h);

@@ -71,6 +71,15 @@ struct JointLoad {
   }
 };
 
+/// An exact drive of a hinge or slider.
+struct PlaneDrive {
+  bool on = false;
+  Real rate = 0;        // rad/s or m/s: of b relative to a, in the mean of the step
+  Real most = 0;        // N m or N
+  Real force = 0;       // likewise, result: the mean of the step
+  bool capped = false;  // result
+};
+
 struct PlaneJoint {
   enum Kind : std::uint8_t { hinge, weld, slider, rod, spring } kind = hinge;
   std::uint32_t a = 0, b = 0;  // bodies
@@ -82,6 +91,7 @@ struct PlaneJoint {
   Real low = 0, high = 0;      // rad, relative to the present angle; m, of the travel
   JointLoad load = {};         // of the last step; a result, too
   PlaneSpring along = {};      // the angle of a hinge, the travel of a slider, the line of a spring
+  PlaneDrive drive = {};       // likewise
 };
 
 /// A contact point, kept from step to step: impulses for the warm start.

@@ -52,6 +52,9 @@ void Rattle::collect(RattleRows& to) {
   each_joint([&](const PlaneJoint& j) { append_joint_rows(j, m_, to.rows); });
   for (const std::uint32_t gear : of_.gears)
     to.rows.push_back(gear_row(world_, all_, all_.gears[gear]));
+  to.first_drive = to.rows.size();
+  for (const std::uint32_t drive : of_.drives)
+    to.rows.push_back(drive_row(world_, all_, all_.drives[drive]));
   to.first_span = to.rows.size();
   for (const std::uint32_t span : of_.spans)
     to.rows.push_back(span_row(world_, all_, all_.spans[span]));
@@ -166,7 +169,7 @@ bool Rattle::settle() {
   return false;
 }
 
-/// Adds the impulses of joints, spans and curves in a substep.
+/// Adds the impulses of joints, drives, spans and curves in a substep.
 void Rattle::add_impulses() {
   std::size_t row = 0, joint = 0;
   each_joint([&](const PlaneJoint& j) {
@@ -179,6 +182,12 @@ void Rattle::add_impulses() {
       if (turns) sum.torque += on_b.z / whole_;
     }
   });
+  row = now_.first_drive;
+  for (const std::uint32_t at : of_.drives) {
+    FlatDrive& d = all_.drives[at];
+    d.impulse += d.lag.yields ? h_ * d.lag.force : impulse_of(row);
+    ++row;
+  }
   row = now_.first_span;
   for (std::size_t i = 0; i < of_.spans.size(); ++i, ++row)
     of_.span_loads[i].impulse += impulse_of(row) + h_ * grip(all_.spans[of_.spans[i]]);
@@ -219,8 +228,9 @@ void Rattle::keep() {
   of_.places = places_, of_.searched = searched_, of_.moved = true;
 }
 
-/// Places kinematic bodies at a time in the step.
+/// Places kinematic bodies at a time in the step, from which drives demand what they do then.
 void Rattle::drive_others(Real time) {
+  m_.time = time;
   for (const std::uint32_t b : of_.driven) {
     const PlaneBody& body = s_.plane.bodies[b];
     const Vec3 left = (whole_ - time) * m_.velocity[b];
@@ -288,6 +298,7 @@ void Rattle::place_at(const std::vector<Vec3>& positions) {
 
 /// Sets all bodies, and kinematic ones, to the start of the step.
 void Rattle::begin() {
+  m_.time = 0;
   for (const auto* list : {&of_.bodies, &of_.driven})
     for (const std::uint32_t b : *list) begin_motion(s_.plane.bodies[b], whole_, b, m_);
   for (std::size_t i = 0; i < of_.bodies.size(); ++i) {
@@ -310,6 +321,7 @@ bool Rattle::go(int parts) {
   means_.assign(of_.curves.size(), {});
   of_.borne.assign(of_.links.size() + of_.pins.size(), {});
   of_.span_loads.assign(of_.spans.size(), {});
+  for (const std::uint32_t drive : of_.drives) all_.drives[drive].impulse = 0;
   for (int i = 0; i < parts; ++i)
     if (!advance((i + 1) * h_)) return false;
   drag(0.5 * whole_);
@@ -335,8 +347,9 @@ Real Rattle::fewest_parts() {
   return 1 + std::floor(most);
 }
 
-bool Rattle::run() {
+bool Rattle::take_step() {
   bool good = false;
+  of_.moved = false;
   if (settle()) {
     const std::size_t affordable = kMostRows / (1 + start_.rows.size());
     const int most = static_cast<int>(std::clamp<std::size_t>(affordable, 4, kMostParts));
@@ -352,6 +365,12 @@ bool Rattle::run() {
   for (const std::uint32_t span : of_.spans) all_.spans[span].slips = 0;
   work_.closed.assign(of_.bodies.size(), Vec3(0));
   begin();
+  return good;
+}
+
+bool Rattle::run() {
+  bool good = take_step();
+  while (yield_drives(good)) good = take_step();
   return good;
 }
 

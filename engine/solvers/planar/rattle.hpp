@@ -19,7 +19,8 @@ class Rattle {
  public:
   Rattle(const World& world, Planar& all, Mechanism& of, Real h);
 
-  /// Uses as few substeps as possible; false, without changes, on failure.
+  /// Uses as few substeps as possible; false, without changes, on failure. Is repeated with drives
+  /// that yield.
   bool run();
 
  private:
@@ -29,6 +30,7 @@ class Rattle {
   static constexpr Real kGives = 1e-8;
   static constexpr int kMostLooks = 4;
 
+  bool take_step();
   bool go(int parts);
   void begin();
   void note_velocities(std::vector<Vec3>& to) const;
@@ -73,6 +75,7 @@ class Rattle {
   void prepare(DampedFactor& factor, std::span<const Row> rows) const;
   void solve_rates(const Factor& factor, std::span<const Row> rows, std::vector<Real>& impulses);
   bool overloads();
+  bool yield_drives(bool taken);
 
   // Places of curves.
   void note_starts();

@@ -72,6 +72,9 @@ void Rattle::press(Real time, End at) {
     const FlatSpan& span = all_.spans[at_span];
     if (span.slips != 0) push(m_, span_pull(world_, all_, span), time * grip(span));
   }
+  for (const std::uint32_t drive : of_.drives)
+    if (const FlatDrive& d = all_.drives[drive]; d.lag.yields)
+      push(m_, drive_pull(world_, all_, d), time * d.lag.force);
 }
 
 /// N, the friction force of a slipping span.
@@ -89,7 +92,7 @@ void Rattle::solve_rates(const Factor& factor, std::span<const Row> rows,
     step_.resize(rows.size());
     for (std::size_t r = 0; r < rows.size(); ++r) {
       const bool gives = r >= hard;
-      step_[r] = -rate_of(rows[r], m_.velocity);
+      step_[r] = lack_of(rows[r], m_.velocity);
       if (gives) step_[r] += work_.wanted[r - hard] - rows[r].soft * borne[r];
     }
     factor.solve(step_);
@@ -215,6 +218,17 @@ bool Rattle::switch_limits(int looks) {
     changed = changed || limit.side != 0;
   }
   return changed;
+}
+
+/// Lets drives yield whose force would exceed their maximum. Whether any does from now on.
+bool Rattle::yield_drives(bool taken) {
+  bool any = false;
+  for (const std::uint32_t at : of_.drives) {
+    FlatDrive& d = all_.drives[at];
+    const DriveNeed need{d.impulse / whole_, 0, !taken};
+    any = yield_to(world_.joint_drives.values()[d.drive], need, d.lag) || any;
+  }
+  return any;
 }
 
 /// Lets spans slip whose force would exceed their belts' friction. Whether any did.

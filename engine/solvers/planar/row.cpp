@@ -16,6 +16,7 @@ namespace {
 
 constexpr Real kTimeToSleep = 0.5;  // s
 constexpr Real kPinMoved = 1e-9;    // m
+constexpr Real kDriveMoved = 1e-9;  // rad, m
 constexpr Real kWidest = 1e12;      // m, m/s: larger motions are failures
 
 /// Largest distance of a body's points from its mass centre, m.
@@ -49,6 +50,11 @@ Real gap_of(const World& world, const Planar& all, const FlatPin& p) {
 bool rests(const World& world, const Planar& all, Real h) {
   if (!(all.sleep_speed > 0) || all.still * h < kTimeToSleep) return false;
   if (world.gravity != all.gravity) return false;
+  for (const FlatDrive& d : all.drives) {
+    const JointDrive& drive = world.joint_drives.values()[d.drive];
+    const Real next = motion_at(drive.motion, world.time + h).value;
+    if (!(std::abs(next - d.value) <= kDriveMoved)) return false;
+  }
   for (const FlatPin& p : all.pins)
     if (gap_of(world, all, p) > kPinMoved) return false;
   return std::none_of(all.bodies.begin(), all.bodies.end(),
@@ -166,7 +172,8 @@ void predict(World& world, const StepTask& task) {
     all.lost = all.bodies[std::min<std::size_t>(unfit, all.bodies.size() - 1)].body;
     return;
   }
-  count_gears(world, all), begin_motions(all, task.h), begin_belts(world, all);
+  count_coordinates(world, all), begin_motions(all, task.h), begin_belts(world, all);
+  begin_drives(world, all, task.h);
   scratch.starts.clear();
   for (const FlatBody& f : all.bodies) scratch.starts.push_back(world.bodies.values()[f.slot].pose);
   scratch.touches_before = all.touches, scratch.curves_before = all.curves;
@@ -176,6 +183,8 @@ void predict(World& world, const StepTask& task) {
   for (PlaneContact& t : all.touches) name_shapes(scratch.plane, t);
   take_results(world, all, task.h);
   take_mechanisms(all);
+  take_drives(all, task.h);
+  scratch.motions.time = task.h;
   close(world, all, task.h);
   find_lost_curves(world, all);
   if (!all.lost_contact) all.lost = find_lost(all);
@@ -184,6 +193,7 @@ void predict(World& world, const StepTask& task) {
     return;
   }
   keep_loads(all);
+  write_drives(world, all, task.h);
   write_bodies(world, all), end_belts(world, all, task.h);
   write_curves(world, all);
   note_stillness(world, all);
@@ -271,6 +281,7 @@ void note_failure(const World& world, StepReport& report) {
 void report(const World& world, StepReport& report) {
   const Planar& all = plane_of(world);
   report.worst_constraint = std::max(report.worst_constraint, all.residual);
+  for (const FlatDrive& d : all.drives) report.drives_capped += d.lag.limited;
   if (all.islands > 0 && !all.scratch.stepped && !all.lost)
     report.asleep += static_cast<int>(all.islands);
 }
@@ -288,6 +299,12 @@ void measure(const World& world, Measures& m) {
   }
 }
 
+Real drive_angle(const World& world, Entity joint) {
+  for (const FlatDrive& d : plane_of(world).drives)
+    if (d.owner == joint && !d.travels) return d.value;
+  return std::numeric_limits<Real>::quiet_NaN();
+}
+
 }  // namespace
 
 const SolverRow kRow{.name = "planar",
@@ -300,7 +317,8 @@ const SolverRow kRow{.name = "planar",
                      .list_contacts = list_contacts,
                      .note_failure = note_failure,
                      .report = report,
-                     .measure = measure};
+                     .measure = measure,
+                     .drive_angle = drive_angle};
 
 }  // namespace pantin::detail::planar
 

@@ -4,24 +4,28 @@
 
 namespace pantin {
 
-/// Sets the stiffness, the damping and the torque limit of a joint drive.
+/// Sets the stiffness, the damping and the torque limit of a joint drive, or the motion of an exact
+/// one.
 struct DriveEvent {
   Entity joint = {};
-  Real stiffness = 0;       // N m/rad
-  Real damping = 0;         // N m s/rad
-  Real max_torque = 1e300;  // N m
-  Real at = 0;              // s
-  Real over = 0;            // s, in which they change linearly
+  std::optional<DriveMotion> motion = {};  // of an exact drive; its time counts from the event
+  Real stiffness = 0;                      // N m/rad
+  Real damping = 0;                        // N m s/rad
+  Real max_torque = 1e300;                 // N m; N along a travel
+  Real at = 0;                             // s
+  Real over = 0;                           // s, in which they change linearly
 
   static constexpr std::string_view name = "drive";
   static constexpr std::string_view about =
-      "Changes the stiffness, damping or maximum torque of a joint drive.";
+      "Changes the stiffness, damping, maximum torque or exact motion of a joint drive.";
   static constexpr detail::EventNeed needs{
-      "stiffness damping max_torque",
-      "found no \"stiffness\", expected a stiffness, a damping or a maximum torque"};
+      "stiffness damping max_torque motion",
+      "found no \"stiffness\", expected a stiffness, a damping, a maximum torque or a motion"};
+  static constexpr detail::EventPair pairs[] = {{"motion", "stiffness damping over"}};
 
   static void fields(auto& self, auto&& field) {
     field("joint", self.joint);
+    field("motion", self.motion);
     field("stiffness", self.stiffness);
     field("damping", self.damping);
     field("max_torque", self.max_torque);
@@ -37,33 +41,20 @@ struct DriveEvent {
     key({"stiffness", "N m/rad", "Of its spring. Default: unchanged.", not_negative},
         self.stiffness);
     key({"damping", "N m s/rad", "Of its damper. Default: unchanged.", not_negative}, self.damping);
+    key({.key = "motion",
+         .about = "Of an exact drive. Its time 0 is that of the event. Default: unchanged.",
+         .form = motion},
+        self.motion);
     key({"max_torque", "N m", "Maximum torque; 0 disables it. Default: unchanged.", not_negative},
         self.max_torque);
     key(kAt, self.at);
     key(kOver, self.over);
   }
 
-  void begin(const detail::EventStep& step, detail::EventProgress& progress) const {
-    if (const JointDrive* d = step.world.joint_drives.find(joint))
-      progress.start = {d->stiffness, d->damping, d->max_torque};
-  }
+  void begin(const detail::EventStep& step, detail::EventProgress& progress) const;
   void change(const detail::EventStep& step, detail::EventProgress& progress,
-              const detail::EventChange& made) const {
-    JointDrive* d = step.world.joint_drives.find(joint);
-    if (!d) return;
-    const Vec3& start = progress.start;
-    d->stiffness = std::lerp(start.x, stiffness, made.in_middle);
-    d->damping = std::lerp(start.y, damping, made.in_middle);
-    d->max_torque = std::lerp(start.z, max_torque, made.in_middle);
-  }
-  std::optional<detail::EventFault> fault() const {
-    constexpr detail::EventFault kFault{"stiffness", "a number that is not finite or below 0",
-                                        "numbers from 0 on"};
-    using detail::is_amount;
-    return is_amount(stiffness) && is_amount(damping) && is_amount(max_torque)
-               ? std::nullopt
-               : std::optional(kFault);
-  }
+              const detail::EventChange& made) const;
+  std::optional<detail::EventFault> fault() const;
 };
 
 }  // namespace pantin

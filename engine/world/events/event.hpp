@@ -117,7 +117,8 @@ enum class EventForm : std::uint8_t {
   whole,         // up to 1e9
   solver,        // its name
   reference,     // the name of what it acts on, of a group as well
-  references     // names of bodies
+  references,    // names of bodies
+  motion         // of an exact drive
 };
 
 struct EventKey {

@@ -1,0 +1,52 @@
+#pragma once
+/// Exact drives with a maximum torque: what all solvers that have them do.
+///
+/// Each step is first taken as if there were no maximum. The coordinate may be behind its motion by
+/// a lag e then; it is required to catch up like a critically damped oscillator, from the present
+/// lag and its rate:
+///
+///   e(t) = (e0 + (e0' + k e0) t) exp(-k t),   k^2 = a / |e0|, at most 1 / (4 h)^2
+///
+/// where a is twice the acceleration by the maximum torque. With this k, which grows as e falls, it
+/// brakes by (3 - 2 sqrt 2) a, a third of that torque.
+///
+/// If that takes more than the maximum torque in the mean of the step, the step is repeated with
+/// the maximum torque as a constant force.
+#include "engine/world/joint_drive.hpp"
+
+namespace pantin::detail {
+
+/// How an exact drive with a maximum torque acts in a step.
+struct DriveLag {
+  // Its coordinate is behind its motion by (value + (rate + decay value) t) exp(-decay t), at the
+  // time t since `from`: rad or m, rad/s or m/s, s, 1/s.
+  Real value = 0, rate = 0, from = 0, decay = 0;
+  bool yields = false;   // it exerts `force` instead
+  Real force = 0;        // N m or N
+  bool limited = false;  // it yields for want of torque; others do while contacts are resolved
+};
+
+bool has_most(const JointDrive& drive);
+
+/// The lag of a drive whose joint has this coordinate and rate, at the start of a step of h
+/// seconds.
+DriveLag lag_at(const JointDrive& drive, const CoordinateMotion& now, Real time, Real h);
+/// Whether it is more than rounding.
+bool is_behind(const JointDrive& drive, const DriveLag& lag);
+/// Sets how fast it catches up; `mobility` is the acceleration by a unit force, with all other
+/// laws.
+void set_pace(const JointDrive& drive, Real mobility, DriveLag& lag);
+
+/// The motion that a drive follows in a step.
+CoordinateMotion motion_behind(const JointDrive& drive, const DriveLag& lag, Real time);
+
+/// A step that was taken as if there were no maximum: its mean force along the coordinate, N m or
+/// N, and how far it remained from the motion, rad or m, as where a limit stops the joint.
+struct DriveNeed {
+  Real force = 0, missed = 0;
+  bool failed = false;  // the step has no result
+};
+/// Lets a drive yield whose step needed more than its maximum. Returns whether it does.
+bool yield_to(const JointDrive& drive, const DriveNeed& need, DriveLag& lag);
+
+}  // namespace pantin::detail
