@@ -111,6 +111,8 @@ void SolidList::add_springs(const PosedWorld& scene) {
   std::vector<Coil> coils;
   for (const Link& link : scene.world.links.values())
     if (const auto coil = coil_of(scene, link)) coils.push_back(*coil);
+  for (const Pin& pin : scene.world.pins.values())
+    if (const auto coil = coil_of(scene, pin)) coils.push_back(*coil);
   for (const Coil& coil : coils)
     add_coil(coil, coils.size() > kManySprings ? kCoarseTurn : kFineTurn);
 }
