@@ -40,6 +40,46 @@ class Check(unittest.TestCase):
         code, told = self.check({"bodies": bodies, "joints": balls, "drift_bound": 1e-16})
         self.assertEqual((code, told["status"]), (3, "failed"), told)
 
+    def test_wheels_on_one_axle_are_named(self):
+        def wheel(body, z, radius=0.2):
+            return {"name": f"{body} rolls", "kind": "wheel", "a": "world", "b": body,
+                    "anchor": [0, 0.2, z], "axis": [0, 0, 1], "across": [0, 1, 0],
+                    "radius": radius}
+
+        def body(name, z, mass=1):
+            return {"name": name, "position": [0, 0.2, z], "mass": mass, "drag": 0,
+                    "inertia": [0.02, 0.02, 0.03], "collision": False}
+
+        def warnings(bodies, joints, integrator="rk4"):
+            code, told = self.check({"bodies": bodies, "joints": joints, "step": 0.005,
+                                     "solver": {"type": "lagrangian", "integrator": integrator}})
+            self.assertEqual((code, told["status"]), (0, "ok"), told)
+            return told["warnings"]
+
+        level = {"kind": "planar", "a": "world", "b": "frame", "anchor": [0, 0.2, 0],
+                 "axis": [0, 1, 0]}
+        bodies = [body("frame", 0, 4), body("left", -0.3), body("right", 0.3)]
+
+        def axles(second="hinge", z=0.3, x=0):
+            return [level, hinge("frame", "left", [0, 0.2, -0.3]),
+                    {**hinge("frame", "right", [x, 0.2, z]), "kind": second},
+                    wheel("left", -0.3), {**wheel("right", z), "anchor": [x, 0.2, z]}]
+
+        for integrator in ("rk4", "rattle"):
+            told = warnings(bodies, axles(), integrator)
+            self.assertEqual(len(told), 1, told)
+            for words in ("left rolls and right rolls are on one axle", integrator, "cylindrical",
+                          "radau"):
+                self.assertIn(words, told[0])
+        self.assertEqual(warnings(bodies, axles(), "radau"), [])
+        self.assertEqual(warnings(bodies, axles("cylindrical")), [])
+        ahead = [*bodies[:2], {**bodies[2], "position": [0.5, 0.2, 0.3]}]
+        self.assertEqual(warnings(ahead, axles(x=0.5)), [])
+        # Both rigidly on one body, which rolls straight on.
+        told = warnings([body("axle", 0)],
+                        [wheel("axle", -0.3), {**wheel("axle", 0.3), "name": "other"}])
+        self.assertEqual(len(told), 1, told)
+
     def test_a_comment_key_is_refused_with_the_place_for_comments(self):
         for key in ("comment", "_comment", "//"):
             with tempfile.TemporaryDirectory() as folder:

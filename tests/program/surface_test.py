@@ -69,6 +69,19 @@ class Surface(Folder):
         self.assertEqual(once.read_text(), twice.read_text())
         self.assertEqual(self.told(once)["area_m2"], self.told(twice)["area_m2"])
 
+    def test_tells_of_seams_along_trims(self):
+        seam = self.folder / "seam.json"
+        faces = json.loads(DISC)["faces"] + json.loads(TUBE)["faces"]
+        seam.write_text(json.dumps({"faces": faces}))
+        self.assertEqual(len(self.told(seam)["warnings"]), 1)
+        done = pantin("surface", seam)
+        self.assertEqual(done.returncode, 0)
+        for words in (str(seam), "2 of 2 faces trimmed", "not joined along trims",
+                      "a contact of a surface joint ends there"):
+            self.assertIn(words, done.stderr)
+        seam.write_text(json.dumps({"faces": faces[:1]}))
+        self.assertEqual(self.told(seam)["warnings"], [])
+
     def test_tells_trims_and_their_share(self):
         disc = self.folder / "disc.json"
         disc.write_text(DISC)

@@ -21,6 +21,7 @@
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/world/timed_event.hpp"
+#include "tools/pantin/repeated_wheels.hpp"
 #include "tools/pantin/scene_number.hpp"
 
 namespace pantin::program {
@@ -200,6 +201,8 @@ std::vector<Error> settle(const std::string& path, Scene& scene) {
       scene.warnings.push_back(
           fmt::format("{}: {} {}{}", path, scene.world.name_of(f.link), f.reason,
                       f.kind == StructureFault::left_out ? "; it is left out" : ""));
+  for (const std::string& words : words_of_repeated_wheels(scene.world))
+    scene.warnings.push_back(path + ": " + words);
   return contradictions(path, scene);
 }
 

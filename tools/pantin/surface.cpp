@@ -300,9 +300,23 @@ int write(const SurfaceChoices& c, const nurbs::Skin& skin) {
   return code == 0 ? kOk : kUnwritable;
 }
 
+/// Faces join along the ends of their domains only.
+void warn_of_seams(const std::string& file, LoadedSurface& loaded) {
+  const std::vector<nurbs::Face>& faces = loaded.surface->skin->faces();
+  const auto trimmed = std::count_if(
+      faces.begin(), faces.end(), [](const nurbs::Face& face) { return face.trim() != nullptr; });
+  if (trimmed == 0 || faces.size() < 2) return;
+  loaded.warnings.push_back(fmt::format(
+      "{}: found {} of {} faces trimmed; faces are not joined along trims: bodies that collide "
+      "pass over such a seam, but a contact of a surface joint ends there, and the surface counts "
+      "as open. For a surface joint give one face, or faces that join at the ends of their domains",
+      file, trimmed, faces.size()));
+}
+
 int surface(const SurfaceChoices& c) {
-  const auto read = is_cad(c.file) ? read_cad(c.file) : read_json(c.file);
+  auto read = is_cad(c.file) ? read_cad(c.file) : read_json(c.file);
   if (!read) return kUsage;
+  warn_of_seams(c.file, read->loaded);
   if (!c.json)
     for (const std::string& line : read->loaded.warnings) print_error("warning: " + line);
   const Json summary = summary_of(c, *read);
