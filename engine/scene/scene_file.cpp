@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <filesystem>
+#include <map>
 
 #include "engine/base/disjoint_sets.hpp"
 #include "engine/base/utf8.hpp"
@@ -144,6 +145,13 @@ Real promised_gap(const World& world) {
   return kTrees;
 }
 
+/// The models of a scene that is not built yet.
+std::vector<ModelChoice> models_of(const BuiltScene& built, const World& start, Real error) {
+  World world = start;
+  build_world(built, world);
+  return choose_models(world, error);
+}
+
 struct Wanted {
   const SceneLimits& limits;
   const SolverChoices& choices;
@@ -158,17 +166,19 @@ Result<Scene> parse_whole(std::string_view text, std::string_view name, const Wa
 
   JsonPlaces places(files);
   Recipe recipe = read_recipe(files, places, limits);
-  const BuiltScene built = build_scene(recipe, places, limits, start);
+  BuiltScene built = build_scene(recipe, places, limits, start);
   if (files.any_errors()) return files.errors();
   Scene scene = std::move(recipe.scene);
   Solver& solver = scene.world.default_settings.solver;
   const bool chooses = recipe.error > 0 && !choices.solver;
+  SolverSettings planar = scene.world.default_settings;
+  planar.solver = Solver::planar;
   if (chooses && solver != Solver::articulated)
     places.error({}, "error",
                  "found \"error\" with the solver \"" + std::string(name_of(solver)) +
                      "\", expected it with \"auto\", which chooses the cheapest model");
   else if (chooses)
-    solver = cheapest_solver(built, scene.world.gravity, recipe.error);
+    solver = give_models(models_of(built, scene.world, recipe.error), planar, built);
   std::vector<Solver> solvers = solvers_of(built, solver);
   if (choices.solver) solvers.assign(solvers.size(), *choices.solver);
   check_solvers(built, solvers, places);
@@ -182,8 +192,6 @@ Result<Scene> parse_whole(std::string_view text, std::string_view name, const Wa
   build_world(built, scene.world, &scene.sensors);
   if (scene.laminas) add_laminas(*scene.laminas, scene.world);
   if (recipe.plane && !choices.solver) choose_plane(scene.world, places);
-  if (chooses && solver == Solver::articulated && !recipe.plane && !any_leaves_plane(built.events))
-    choose_cheapest(scene.world);
   choices.apply(scene.world.default_settings);
   for (SolverSettings& s : scene.world.settings.values()) choices.apply(s);
   if (scene.drift_bound == 0) scene.drift_bound = promised_gap(scene.world);
@@ -234,6 +242,34 @@ std::optional<ElementId> element_of(const BuiltScene& built, std::string_view jo
 }
 
 }  // namespace
+
+std::vector<std::string> lines_of_models(const std::string& path) {
+  const SceneLimits limits;
+  const Result<std::string> text = read_text(path, limits.bytes, "a scene file");
+  SceneFiles files(limits);
+  if (!text || !files.open(path, *text).is_json()) return {};
+  JsonPlaces places(files);
+  const Recipe recipe = read_recipe(files, places, limits);
+  const BuiltScene built = build_scene(recipe, places, limits);
+  if (files.any_errors() || !(recipe.error > 0)) return {};
+  struct Line {
+    std::string name;
+    std::size_t bodies = 0, groups = 0;
+  };
+  std::map<std::pair<std::string, std::string>, Line> lines;  // by solver and reason
+  for (const ModelChoice& c : models_of(built, recipe.scene.world, recipe.error)) {
+    Line& line = lines[{name_of(c.solver), c.why}];
+    if (line.groups == 0) line.name = built.bodies[c.slots.front()].name;
+    line.bodies += c.slots.size(), ++line.groups;
+  }
+  std::vector<std::string> all;
+  for (const auto& [key, line] : lines)
+    all.push_back("model \"" + key.first + "\" for " + std::to_string(line.bodies) +
+                  (line.bodies == 1 ? " body" : " bodies") + " in " + std::to_string(line.groups) +
+                  (line.groups == 1 ? " group" : " groups") + ", with \"" + line.name +
+                  "\": " + key.second);
+  return all;
+}
 
 Error error_of_joint(const std::string& path, std::string_view joint, const std::string& message) {
   const SceneLimits limits;

@@ -246,11 +246,15 @@ class Tune(unittest.TestCase):
             self.assertEqual(own.get(first, written["solver"]["type"]), asked.split("/")[0])
 
     def test_groups_that_meet_are_one(self):
-        """The boxes of the scene above, one over the other."""
+        """The boxes of the scene above, each over the other; and a scene of one group."""
         boxes, floor = APART["bodies"][-3:-1], APART["bodies"][-1]
         one = {**APART, "bodies": [*boxes, floor], "joints": []}
         tuned = self.tune(self.scene(one), "--error", 0.1, "--within", 20, "--methods", "auto")
         self.assertEqual(tuned["groups"], [])
+        far = [{**b, "position": [3 * i, b["position"][1], 0]} for i, b in enumerate(boxes)]
+        tuned = self.tune(self.scene({**one, "bodies": [*far, floor]}), "--error", 0.1, "--within",
+                          20, "--methods", "auto")
+        self.assertEqual(sum(g["alike"] for g in tuned["groups"]), 2)
 
     def test_one_choice_for_all_groups_where_it_is_as_cheap(self):
         both = {**PENDULUM, "bodies": [ROD, {**ROD, "name": "other", "position": [5.5, 0, 0]}],
@@ -263,6 +267,20 @@ class Tune(unittest.TestCase):
         self.assertIsNone(tuned["mixed"])
         self.assertEqual(tuned["choice"], tuned["uniform"])
         self.assertTrue(all("solver" not in b for b in json.loads(out.read_text())["bodies"]))
+
+    def test_a_choice_that_cannot_be_written_at_its_source(self):
+        """Two copies of one grid with two choices: its "solver" is one for all."""
+        pair = {**APART, "bodies": [], "joints": [],
+                "prefabs": [{"name": "three", "bodies": APART["bodies"], "joints": APART["joints"]}],
+                "generators": {"grids": [{"name": "all", "prefab": "three", "count": [1, 1, 1],
+                                          "spacing": [1, 1, 1]}]}}
+        out = self.folder / "tuned.json"
+        done = pantin("tune", self.scene(pair), "--error", 1e-3, "--within", 100, "--rungs", 4,
+                      "--methods", METHODS, "--results", self.folder / "tune", "--out", out)
+        self.assertEqual(done.returncode, 1, done.stdout)
+        self.assertRegex(done.stderr, r"^[^\n]*cannot be written: /generators/grids/0 has one solver "
+                                      r"for all its copies\n$")
+        self.assertFalse(out.exists())
 
     def test_results_are_used_again(self):
         words = [self.scene(PENDULUM), "--error", 1e-3, "--within", 20]

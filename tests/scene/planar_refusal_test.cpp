@@ -1,5 +1,6 @@
 // What a plane cannot have is refused by name.
 #include <catch2/catch.hpp>
+#include <cstring>
 
 #include "tests/scene/scenes.hpp"
 
@@ -269,6 +270,42 @@ TEST_CASE("a loop in the plane beside bodies in space is solved there alone") {
   const Scene mixed = good(text);
   CHECK(solver_of(mixed, "crank") == Solver::planar);
   CHECK(solver_of(mixed, "top") == Solver::articulated);
+}
+
+TEST_CASE("each group of bodies that cannot meet has the cheapest model of its own") {
+  const auto with = [](std::string text, const char* key, const std::string& what) {
+    const std::size_t at = text.find(key);
+    REQUIRE(at != std::string::npos);
+    return text.replace(at + std::strlen(key), 0, what);
+  };
+  const auto arm = [](const std::string& members) {
+    return R"({"name": "arm", "mass": 1, "inertia": [1, 2, 3], "position": [5, 0, 0],
+               "shape": {"type": "sphere", "radius": 0.1})" +
+           members +
+           R"(}, {"name": "hand", "mass": 1, "inertia": [1, 2, 3], "position": [6, 0, 0]},)";
+  };
+  const auto stack = [&](const std::string& members, const std::string& more = "") {
+    const std::string text = boxes(R"(, "collision": true)", R"("error": 0.01, )" + more);
+    return good(with(text, "\"bodies\": [", arm(members)));
+  };
+  const std::string joint = R"("joints": [{"a": "arm", "b": "hand", "anchor": [5.5, 0, 0]}], )";
+  // Boxes that collide in the plane, beside a tree of joints that touches nothing.
+  const Scene apart = stack("", joint);
+  CHECK(solver_of(apart, "a") == Solver::planar);
+  CHECK(solver_of(apart, "b") == Solver::planar);
+  CHECK(solver_of(apart, "arm") == Solver::articulated);
+  // Where the tree collides, too, they can meet, unless their filters keep them apart.
+  CHECK(solver_of(stack(R"(, "collision": true)", joint), "a") == Solver::articulated);
+  const Scene filtered = stack(R"(, "collision": {"groups": [2], "with": [2]})", joint);
+  CHECK(solver_of(filtered, "a") == Solver::planar);
+  CHECK(solver_of(filtered, "arm") == Solver::articulated);
+  // An event drives only what it acts on out of the plane.
+  const auto pushed = [&](const char* on) {
+    return stack("", joint + R"("events": [{"type": "push", "force": [0, 0, 1], "body": ")" + on +
+                         R"("}], )");
+  };
+  CHECK(solver_of(pushed("arm"), "a") == Solver::planar);
+  CHECK(solver_of(pushed("b"), "a") == Solver::articulated);
 }
 
 TEST_CASE("free bodies that collide are solved in the plane only where that is accurate enough") {

@@ -5,6 +5,7 @@
 
 #include "engine/base/utf8.hpp"
 #include "engine/joints/kinds.hpp"
+#include "engine/scene/build/joint_place.hpp"
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
@@ -213,7 +214,12 @@ Finding look_at(const std::string& path, const CheckChoices& c) {
     warnings.push_back(warning);
   }
   j["warnings"] = warnings;
-  j["beyond_auto"] = lines_beyond_auto(world);
+  const std::vector<std::string> beyond = lines_beyond_auto(world);
+  j["beyond_auto"] = beyond;
+  const bool is_as_written = !c.how.solver && c.how.set.empty();
+  const std::vector<std::string> models =
+      is_as_written ? lines_of_models(path) : std::vector<std::string>();
+  j["models"] = models;
   if (!c.json)
     fmt::print(
         "{}  {}\n  {} bodies, {} joints, {} cables, {} pins in {} articulated and {} Lagrangian "
@@ -228,8 +234,9 @@ Finding look_at(const std::string& path, const CheckChoices& c) {
             ? fmt::format("worst gap {:.1e} of the size, hash {}", j["worst_gap_rel"].get<double>(),
                           j["hash"].get<std::string>())
             : printable(failure));
-  for (const std::string& line : lines_beyond_auto(world))
-    if (!c.json) fmt::print("  {}\n", printable(line));
+  for (const auto* lines : {&models, &beyond})
+    for (const std::string& line : *lines)
+      if (!c.json) fmt::print("  {}\n", printable(line));
   std::fflush(stdout);  // whole lines, in case the next scene is interrupted
   return found;
 }
@@ -261,7 +268,8 @@ Examples:
 
 --json prints {"scenes": [...]}, each with scene, title, status (ok, failed, refused), bodies,
 joints, cables, pins, articulated_islands, lagrangian_islands, solver, solvers (bodies of each), freedoms,
-mass_kg, start_gap_m, steps, worst_gap_rel, hash, warnings and failure if there is one.
+mass_kg, start_gap_m, steps, worst_gap_rel, hash, warnings, models (what "error" in the scene chose
+for which bodies, and why) and failure if there is one.
 
 Exit codes: 0 ok, 2 usage or bad input, 3 a check failed.)";
 

@@ -208,15 +208,22 @@ void warn_of_events(const BuiltScene& built, Real duration, BuildMessages& messa
 /// Assigns the solver "planar" to islands that stay in the xy plane; warns of others.
 void choose_plane(World& world, BuildMessages& messages);
 
-/// The cheapest solver of those that know all of a scene and are as accurate as `error`, a fraction
-/// of the motion's size. "planar", for motion in the xy plane, closes loops and knows joints that
-/// "auto" leaves to "lagrangian"; it is cheaper for free bodies that collide, too, to about 0.5 %
-/// at 60 Hz. On trees of joints "auto" is cheaper. Bodies with a solver of their own keep it.
-Solver cheapest_solver(const BuiltScene& built, Vec3 gravity, Real error);
-/// Whether a timed event drives bodies out of the plane.
-bool any_leaves_plane(const std::vector<BuiltEvent>& events);
-/// Assigns "planar" to the islands that have loops, stay in the plane and collide with nothing.
-void choose_cheapest(World& world);
+/// The cheapest model of a group of bodies that no other group can meet.
+struct ModelChoice {
+  std::vector<std::uint32_t> slots;  // in World::bodies, ascending
+  Solver solver = Solver::articulated;
+  std::string why;  // a clause
+};
+/// The choices for all groups without solver settings of their own, where an error of `error` is
+/// accepted, a fraction of the motion's size. Bodies of two groups cannot meet: they are not
+/// joined, and at most one of them collides. "planar", for motion in the xy plane, closes loops and
+/// knows joints that "auto" leaves to "lagrangian"; it is cheaper for free bodies that collide,
+/// too, to about 0.5 % at 60 Hz. On trees of joints "auto" is cheaper.
+std::vector<ModelChoice> choose_models(const World& world, Real error);
+/// Gives bodies their choice: the settings `planar`, or, if all have that solver, none. Returns the
+/// solver of the scene.
+Solver give_models(const std::vector<ModelChoice>& choices, const SolverSettings& planar,
+                   BuiltScene& built);
 /// The bodies at which pairs of joined bodies close a loop; indices of `count` or more are ground.
 std::vector<bool> loop_closers(std::uint32_t count,
                                const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs);

@@ -1,4 +1,4 @@
-// The cheapest model for a scene that accepts an error.
+// The cheapest models for the groups of bodies of a scene that accepts an error.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,7 +8,10 @@
 #include "engine/geometry/convex.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/scene/build/build.hpp"
+#include "engine/world/features.hpp"
 #include "engine/world/flat.hpp"
+#include "engine/world/partition.hpp"
+#include "engine/world/timed_event.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -16,121 +19,292 @@ namespace {
 /// From here on "planar" is accurate enough in contact: `pantin chart` of the shipped scenes.
 constexpr Real kContactError = 0.01;
 
-/// Counts errors, and forgets them.
-class Refusals final : public BuildMessages {
- public:
-  void error(const ElementId&, std::string_view, std::string) override { ++count_; }
-  void warn(const ElementId&, std::string_view, std::string) override {}
-  std::size_t errors() const override { return count_; }
-  Hints& hints() override { return hints_; }
+/// The heights z at which all bodies that were added have a section in the plane: round shapes at
+/// their centres, prisms anywhere.
+struct Heights {
+  Real bottom = -std::numeric_limits<Real>::infinity(), top = -bottom;  // m
 
- private:
-  std::size_t count_ = 0;
-  Hints hints_;
-};
-
-/// Whether all bodies that collide meet at one height z, as their sections in the plane do: round
-/// shapes with their centres, prisms with some part.
-bool are_level(const BuiltScene& built) {
-  constexpr Real kSame = 1e-6;  // m
-  const Real none = std::numeric_limits<Real>::infinity();
-  Real bottom = -none, top = none;
-  for (const BuiltBody& b : built.bodies) {
-    if (!b.collision || !b.mass_properties) continue;
-    Real low = none, high = -none;
-    for (const Shape& shape : b.mass_properties->shapes) {
+  void add(const World& world, Entity e) {
+    constexpr Real kSame = 1e-6;  // m
+    const Shapes* shapes = world.shapes.find(e);
+    if (!shapes) return;
+    Real low = std::numeric_limits<Real>::infinity(), high = -low;
+    for (const Shape& shape : shapes->list) {
       if (shape.kind == ShapeKind::plane) continue;
-      const Pose at = compose(b.body.pose, shape.local);
+      const Pose at = compose(world.bodies[e].pose, shape.local);
       const bool is_prism = shape.kind == ShapeKind::box || shape.kind == ShapeKind::cylinder ||
                             shape.kind == ShapeKind::hull;
       const Aabb box = bounds_of(shape, at);
       low = std::min(low, is_prism ? box.low.z : at.position.z - kSame);
       high = std::max(high, is_prism ? box.high.z : at.position.z + kSame);
     }
-    if (low > high) continue;
+    if (low > high) return;
     bottom = std::max(bottom, low), top = std::min(top, high);
   }
-  return bottom <= top;
-}
-
-/// What the bodies of a scene that are free to move consist of.
-struct Makeup {
-  bool has_tree = false;     // of two bodies or more, and no loop
-  bool has_loop = false;     // or what "auto" leaves to "lagrangian"
-  bool has_solid = false;    // a free body that collides
-  bool has_bounces = false;  // restitution
+  bool are_level() const { return bottom <= top; }
 };
 
-Makeup makeup_of(const BuiltScene& built) {
-  const auto count = static_cast<std::uint32_t>(built.bodies.size());
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
-  DisjointSets islands(count);
-  std::vector<bool> is_looped(count, false);
-  const auto join = [&](std::uint32_t a, std::uint32_t b) {
-    const bool moves_a = built.is_dynamic(a), moves_b = built.is_dynamic(b);
-    if (moves_a && moves_b) islands.join(a, b);
-    return std::pair(moves_a ? a : count, moves_b ? b : count);
-  };
-  const auto close = [&](std::uint32_t a, std::uint32_t b) {
-    const auto [at, to] = join(a, b);
-    if (at < count) is_looped[at] = true;
-    if (to < count) is_looped[to] = true;
-  };
-  for (const BuiltJoint& j : built.joints) {
-    pairs.push_back(join(j.a, j.b));
-    const bool is_exact = j.drive && j.drive->exact;
-    if (!is_articulated(j.joint.kind) || (*j.joint.parameters).restitution != 0 || is_exact)
-      close(j.a, j.b);
+/// Bodies that no other group's bodies can meet, and what they consist of.
+struct Group {
+  std::vector<std::uint32_t> slots;
+  bool has_tree = false;     // of two bodies or more, and no loop
+  bool has_loop = false;     // or what "auto" leaves to "lagrangian"
+  bool has_solid = false;    // a body that collides
+  bool has_bounces = false;  // restitution, its own or of bodies that it may hit
+  bool has_own = false;      // solver settings of its own
+  Entity beyond;             // what neither "auto" nor "lagrangian" supports
+  Heights heights;
+  std::string leaves_plane;  // why, a clause
+  Solver solver = Solver::articulated;
+  std::string why;
+
+  bool is_flat() const { return leaves_plane.empty() && (!has_solid || heights.are_level()); }
+  /// Whether "planar" is the cheaper model, and accurate enough.
+  bool pays(Real error) const {
+    if (has_tree) return false;
+    return has_loop || (has_solid && !has_bounces && error >= kContactError);
   }
-  for (const BuiltSurfaceJoint& s : built.surface_joints) close(s.a, s.b);
-  for (const BuiltGear& g : built.gears) close(built.joints[g.first].b, built.joints[g.second].b);
-  for (const BuiltBelt& b : built.belts)
-    for (const std::uint32_t body : b.bodies) close(b.bodies.front(), body);
-  const std::vector<bool> closers = loop_closers(count, pairs);
-  std::vector<bool> has_loop(count, false);
-  std::vector<int> sizes(count, 0);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    if (!built.is_dynamic(i)) continue;
-    ++sizes[islands.root(i)];
-    if (closers[i] || is_looped[i]) has_loop[islands.root(i)] = true;
-  }
-  Makeup made;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const BuiltBody& b = built.bodies[i];
-    made.has_bounces = made.has_bounces || (b.collision && b.collision->restitution > 0);
-    if (!built.is_dynamic(i)) continue;
-    const bool is_solid = b.collision != nullptr;
-    made.has_solid = made.has_solid || is_solid;
-    made.has_loop = made.has_loop || has_loop[i];
-    made.has_tree = made.has_tree || (!has_loop[islands.root(i)] && sizes[islands.root(i)] > 1);
-  }
-  return made;
+  /// Whether both solvers do the same.
+  bool is_free() const { return !has_tree && !has_loop && !has_solid; }
+};
+
+/// How far a timed event drives bodies out of the plane; 0: not at all.
+Real push_along_z(const TimedEvent& event) {
+  return std::visit(
+      [](const auto& e) {
+        Real most = 0;
+        if constexpr (requires { e.force; })
+          most = std::max({std::abs(e.force.z), std::abs(e.torque.x), std::abs(e.torque.y)});
+        if constexpr (requires { e.impulse; })
+          most = std::max({std::abs(e.impulse.z), std::abs(e.angular_impulse.x),
+                           std::abs(e.angular_impulse.y)});
+        if constexpr (std::is_same_v<std::decay_t<decltype(e)>, WindEvent>)
+          most = std::max(std::abs(e.velocity.z), std::abs(e.gusts.z));
+        if constexpr (requires { e.gravity; }) most = std::abs(e.gravity.z);
+        return most;
+      },
+      event.kind);
 }
 
-/// Whether "planar" is the cheaper model of a scene that it knows, and accurate enough.
-bool pays(const Makeup& made, Real error) {
-  if (made.has_tree) return false;
-  return made.has_loop || (made.has_solid && !made.has_bounces && error >= kContactError);
+class Chooser {
+ public:
+  Chooser(const World& world, Real error)
+      : world_(world),
+        error_(error),
+        count_(static_cast<std::uint32_t>(world.bodies.size())),
+        islands_(find_islands(world)),
+        joined_(count_) {}
+
+  std::vector<ModelChoice> choose();
+
+ private:
+  bool is_dynamic(std::uint32_t slot) const {
+    return slot < count_ && world_.bodies.values()[slot].motion == Motion::dynamic;
+  }
+  const Collision* collision_of(std::uint32_t slot) const {
+    const Collision* c = world_.collisions.find(world_.bodies.owners()[slot]);
+    return c && !c->sensor ? c : nullptr;
+  }
+  Group* group_of(Entity body) {
+    const std::uint32_t slot = world_.bodies.slot(body);
+    return is_dynamic(slot) ? &groups_[place_[joined_.root(slot)]] : nullptr;
+  }
+  void join_colliders();
+  void list_groups();
+  void note_colliders();
+  void note_joints();
+  void note_islands(const std::vector<bool>& has_loop);
+  void note_events();
+  void note_unsupported();
+  void decide(Group& group) const;
+
+  const World& world_;
+  Real error_;
+  std::uint32_t count_;
+  std::vector<IslandPlan> islands_;
+  DisjointSets joined_;
+  std::vector<std::size_t> place_;  // of groups, by the root of their slots
+  std::vector<Group> groups_;
+};
+
+/// Bodies that collide can meet wherever they start. Those with equal filters are joined at once.
+void Chooser::join_colliders() {
+  struct Filter {
+    std::uint32_t groups, with;
+    bool others;
+    std::uint32_t first;  // slot
+    std::vector<std::uint32_t> slots;
+  };
+  std::vector<Filter> filters;
+  for (std::uint32_t slot = 0; slot < count_; ++slot) {
+    const Collision* c = is_dynamic(slot) ? collision_of(slot) : nullptr;
+    if (!c) continue;
+    auto at = std::ranges::find_if(filters, [&](const Filter& f) {
+      return f.groups == c->groups && f.with == c->with && f.others == c->others;
+    });
+    if (at == filters.end())
+      at = filters.insert(filters.end(), {c->groups, c->with, c->others, slot, {}});
+    at->slots.push_back(slot);
+  }
+  for (const Filter& a : filters)
+    for (const Filter& b : filters) {
+      if (!(a.groups & b.with) || !(b.groups & a.with) || !(a.others || b.others)) continue;
+      for (const std::uint32_t slot : b.slots) joined_.join(a.first, slot);
+    }
+}
+
+void Chooser::list_groups() {
+  place_.assign(count_, SIZE_MAX);
+  for (const IslandPlan& island : islands_) {
+    std::size_t& place = place_[joined_.root(island.slots.front())];
+    if (place == SIZE_MAX) place = groups_.size(), groups_.emplace_back();
+    Group& group = groups_[place];
+    group.slots.insert(group.slots.end(), island.slots.begin(), island.slots.end());
+  }
+  for (Group& g : groups_) std::ranges::sort(g.slots);
+}
+
+void Chooser::note_colliders() {
+  Heights fixed;
+  bool has_bounces = false;
+  for (std::uint32_t slot = 0; slot < count_; ++slot) {
+    const Collision* c = collision_of(slot);
+    if (!c || is_dynamic(slot)) continue;
+    fixed.add(world_, world_.bodies.owners()[slot]);
+    has_bounces = has_bounces || c->restitution > 0;
+  }
+  for (Group& g : groups_) {
+    g.heights = fixed, g.has_bounces = has_bounces;
+    for (const std::uint32_t slot : g.slots) {
+      const Entity e = world_.bodies.owners()[slot];
+      g.has_own = g.has_own || world_.settings.find(e);
+      const Collision* c = collision_of(slot);
+      if (!c) continue;
+      g.has_solid = true, g.has_bounces = g.has_bounces || c->restitution > 0;
+      g.heights.add(world_, e);
+    }
+  }
+}
+
+/// Finds the loops: of joints, and of what "auto" leaves to "lagrangian".
+void Chooser::note_joints() {
+  std::vector<bool> has_loop(count_, false);
+  const auto place_of = [&](Entity body) {
+    const std::uint32_t slot = world_.bodies.slot(body);
+    return is_dynamic(slot) ? slot : count_;
+  };
+  const auto close = [&](std::initializer_list<Entity> bodies) {
+    for (const Entity e : bodies)
+      if (const std::uint32_t at = place_of(e); at < count_) has_loop[at] = true;
+  };
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  for (std::size_t i = 0; i < world_.links.size(); ++i) {
+    const Link& l = world_.links.values()[i];
+    const JointDrive* drive = world_.joint_drives.find(world_.links.owners()[i]);
+    pairs.emplace_back(place_of(l.a), place_of(l.b));
+    if (!is_articulated(l.joint.kind) || (*l.joint.parameters).restitution != 0 ||
+        (drive && drive->exact))
+      close({l.a, l.b});
+  }
+  for (const SurfaceContact& s : world_.surface_contacts.values()) close({s.a, s.b});
+  for (const Gear& g : world_.gears.values())
+    if (const Link* a = world_.links.find(g.first), *b = world_.links.find(g.second); a && b)
+      close({a->b, b->b});
+  for (const Belt& b : world_.belts.values())
+    for (const BeltPulley& p : b.pulleys) close({p.body});
+  const std::vector<bool> closers = loop_closers(count_, pairs);
+  for (std::uint32_t slot = 0; slot < count_; ++slot)
+    if (closers[slot]) has_loop[slot] = true;
+  note_islands(has_loop);
+}
+
+void Chooser::note_islands(const std::vector<bool>& has_loop) {
+  for (const IslandPlan& island : islands_) {
+    const Entity first = world_.bodies.owners()[island.slots.front()];
+    Group& group = *group_of(first);
+    const bool loops = std::ranges::any_of(island.slots, [&](auto slot) { return has_loop[slot]; });
+    group.has_loop = group.has_loop || loops;
+    group.has_tree = group.has_tree || (!loops && island.slots.size() > 1);
+    if (group.leaves_plane.empty()) group.leaves_plane = plane_fault(world_, first);
+  }
+}
+
+void Chooser::note_events() {
+  const auto* events = events_of(world_);
+  if (!events) return;
+  for (const TimedEvent& event : events->values()) {
+    if (!(push_along_z(event) > 0)) continue;
+    const auto push = [](Group& g) {
+      if (g.leaves_plane.empty()) g.leaves_plane = "is driven out of the xy plane by an event";
+    };
+    const auto note = [&](const auto& e) {
+      bool is_of_all = true;
+      if constexpr (requires { e.bodies; }) {
+        is_of_all = e.bodies.empty();
+        for (const Entity body : e.bodies)
+          if (Group* g = group_of(body)) push(*g);
+      } else if constexpr (requires { e.body; }) {
+        is_of_all = false;
+        if (Group* g = group_of(e.body)) push(*g);
+      }
+      if (is_of_all) std::ranges::for_each(groups_, push);
+    };
+    std::visit(note, event.kind);
+  }
+}
+
+void Chooser::note_unsupported() {
+  each_feature(world_, Scope::all(world_),
+               [&](Entity owner, std::span<const Entity> bodies, Feature what, const char*) {
+                 if (knows(solver_for(Solver::articulated, what), what)) return;
+                 for (const Entity body : bodies)
+                   if (Group* g = group_of(body); g && !g->beyond) g->beyond = owner;
+               });
+}
+
+void Chooser::decide(Group& g) const {
+  const bool is_flat = has_planar_solver() && g.is_flat();
+  if (is_flat && (g.pays(error_) || g.beyond)) {
+    g.solver = Solver::planar;
+    g.why = !g.pays(error_) ? "in the xy plane, with what \"auto\" does not support"
+            : g.has_loop    ? "it has a loop, or a joint that \"auto\" leaves to \"lagrangian\", "
+                              "and stays in the xy plane"
+                            : "free bodies that collide and stay in the xy plane";
+    return;
+  }
+  if (!g.leaves_plane.empty())
+    g.why = "it " + g.leaves_plane;
+  else if (g.has_solid && !g.heights.are_level())
+    g.why = "its bodies, and what they may hit, do not collide at one height z";
+  else if (g.has_tree)
+    g.why = "it has a tree of joints, which costs less than in \"planar\"";
+  else if (g.has_solid)
+    g.why = g.has_bounces ? "it bounces, which \"planar\" does less accurately"
+                          : "it collides, and \"planar\" is accurate to 0.01 only";
+  else
+    g.why = "free bodies, which cost the same in any solver";
+}
+
+std::vector<ModelChoice> Chooser::choose() {
+  for (const IslandPlan& island : islands_)
+    for (const std::uint32_t slot : island.slots) joined_.join(island.slots.front(), slot);
+  join_colliders();
+  list_groups(), note_colliders(), note_joints(), note_events(), note_unsupported();
+  std::erase_if(groups_, [](const Group& g) { return g.has_own; });
+  for (Group& g : groups_) decide(g);
+  // What both do alike goes with the others, so that the scene has one solver.
+  const auto is_planar = [](const Group& g) { return g.solver == Solver::planar; };
+  if (std::ranges::all_of(
+          groups_, [&](const Group& g) { return is_planar(g) || (g.is_free() && g.is_flat()); }) &&
+      std::ranges::any_of(groups_, is_planar))
+    for (Group& g : groups_)
+      if (!is_planar(g)) g.solver = Solver::planar, g.why += ": as the rest of the scene";
+  std::vector<ModelChoice> choices;
+  for (Group& g : groups_) choices.push_back({std::move(g.slots), g.solver, std::move(g.why)});
+  return choices;
 }
 
 }  // namespace
-
-bool any_leaves_plane(const std::vector<BuiltEvent>& events) {
-  const auto along_z = [](const auto& e) {
-    Real most = 0;
-    if constexpr (requires { e.force; })
-      most = std::max({std::abs(e.force.z), std::abs(e.torque.x), std::abs(e.torque.y)});
-    if constexpr (requires { e.impulse; })
-      most = std::max(
-          {std::abs(e.impulse.z), std::abs(e.angular_impulse.x), std::abs(e.angular_impulse.y)});
-    if constexpr (std::is_same_v<std::decay_t<decltype(e)>, WindEvent>)
-      most = std::max(std::abs(e.velocity.z), std::abs(e.gusts.z));
-    if constexpr (requires { e.gravity; }) most = std::abs(e.gravity.z);
-    return most;
-  };
-  return std::ranges::any_of(
-      events, [&](const BuiltEvent& event) { return std::visit(along_z, event.event.kind) > 0; });
-}
 
 std::vector<bool> loop_closers(std::uint32_t count,
                                const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs) {
@@ -145,22 +319,18 @@ std::vector<bool> loop_closers(std::uint32_t count,
   return closers;
 }
 
-Solver cheapest_solver(const BuiltScene& built, Vec3 gravity, Real error) {
-  const auto takes = [&](Solver solver) {
-    const std::vector<Solver> solvers = solvers_of(built, solver);
-    Refusals refusals;
-    check_solvers(built, solvers, refusals);
-    check_planes(built, solvers, gravity, refusals);
-    check_events(built, solvers, refusals);
-    return refusals.errors() == 0;
-  };
-  const bool auto_takes = takes(Solver::articulated);
-  const bool is_flat =
-      has_planar_solver() && !any_leaves_plane(built.events) && takes(Solver::planar);
-  if (is_flat && are_level(built) && pays(makeup_of(built), error)) return Solver::planar;
-  if (auto_takes) return Solver::articulated;
-  if (is_flat) return Solver::planar;
-  return takes(Solver::lagrangian) ? Solver::lagrangian : Solver::articulated;
+std::vector<ModelChoice> choose_models(const World& world, Real error) {
+  return Chooser(world, error).choose();
+}
+
+Solver give_models(const std::vector<ModelChoice>& choices, const SolverSettings& planar,
+                   BuiltScene& built) {
+  const auto is_planar = [](const ModelChoice& c) { return c.solver == Solver::planar; };
+  if (!choices.empty() && std::ranges::all_of(choices, is_planar)) return Solver::planar;
+  for (const ModelChoice& c : choices)
+    for (const std::uint32_t slot : c.slots)
+      if (is_planar(c) && slot < built.bodies.size()) built.bodies[slot].solver = &planar;
+  return Solver::articulated;
 }
 
 }  // namespace pantin::detail

@@ -62,21 +62,4 @@ void choose_plane(World& world, BuildMessages& messages) {
   assign(choices, world);
 }
 
-void choose_cheapest(World& world) {
-  if (!has_planar_solver()) return;
-  const auto count = static_cast<std::uint32_t>(world.bodies.size());
-  const auto place_of = [&](Entity body) {
-    const std::uint32_t slot = world.bodies.slot(body);
-    return slot < count && world.bodies.values()[slot].motion == Motion::dynamic ? slot : count;
-  };
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
-  for (const Link& l : world.links.values()) pairs.emplace_back(place_of(l.a), place_of(l.b));
-  const std::vector<bool> closers = loop_closers(count, pairs);
-  std::vector<Choice> choices = choices_for(world);
-  std::erase_if(choices, [&](const Choice& c) {
-    return c.is_solid || std::ranges::none_of(c.slots, [&](auto slot) { return closers[slot]; });
-  });
-  assign(choices, world);
-}
-
 }  // namespace pantin::detail

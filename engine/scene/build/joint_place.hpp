@@ -15,6 +15,10 @@ namespace pantin::detail {
 /// contact.
 Result<Scene> load_scene_in_parts(const std::string& path, const SolverChoices& solver);
 
+/// What a scene with "error" has chosen for its groups of bodies that cannot meet, and why: one
+/// line for each solver and reason. None without "error". Reads the file again.
+std::vector<std::string> lines_of_models(const std::string& path);
+
 /// An error of a joint, by its name in the World: file, position and JSON pointer of the element
 /// that it was built from, then the message. Reads the file again; without a position if the file
 /// has changed.
