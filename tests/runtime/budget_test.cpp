@@ -151,6 +151,25 @@ TEST_CASE("budget: puppets that wait follow their strings, and jump by four step
   CHECK(apart < 0.1);
 }
 
+TEST_CASE("budget: a World saved while puppets wait goes on with the same bits", "") {
+  Simulation sim = Simulation::copy_of(must(load_scene(asset("scenes/marionette.json"))).world,
+                                       with_budget(kNoTime));
+  int waited = 0;
+  for (int n = 0; n < 16; ++n) {
+    const StepReport report = sim.step();
+    if (n < 8 || report.left_out == 0) continue;
+    ++waited;
+    Simulation on = Simulation::copy_of(sim.world, with_budget(kNoTime));
+    Simulation loaded = Simulation::copy_of(must(world_from_bytes(must(world_to_bytes(sim.world)))),
+                                            with_budget(kNoTime));
+    for (int i = 0; i < 8; ++i) {
+      CHECK(on.step().left_out == loaded.step().left_out);
+      CHECK(state_hash(on.world) == state_hash(loaded.world));
+    }
+  }
+  CHECK(waited == 6);
+}
+
 TEST_CASE("budget: what matters less, and waits for less time, waits first") {
   detail::articulated::UpdateRates rates;
   rates.cost = 2, rates.weight = 8;
