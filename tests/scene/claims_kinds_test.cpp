@@ -60,3 +60,24 @@ CLAIM("umbrella", "eight stretchers hold the ribs where the runner says, from 20
   CHECK(angles.least == Approx(20 * kDegree).margin(1e-9));
   CHECK(angles.most == Approx(80 * kDegree).margin(1e-9));
 }
+
+CLAIM("apart", "linkage and boxes are solved in the plane, the marionette in space") {
+  Turns crank;
+  const Played p =
+      play("apart", [&](const World& w) { crank.add(angle_of(w, w.find("linkage/crank"))); });
+  const auto solver_of = [&](const char* body) {
+    const SolverSettings* own = p.end.settings.find(p.end.find(body));
+    return own ? own->solver : p.end.default_settings.solver;
+  };
+  CHECK(solver_of("linkage/crank") == Solver::planar);
+  CHECK(solver_of("boxes/b9") == Solver::planar);
+  CHECK(solver_of("puppet/pantin/head") == Solver::articulated);
+  CHECK(crank.way == Approx(4 * kPi).epsilon(0.03));  // its motor asks for half a turn a second
+  Real moved = 0;
+  for (int i = 0; i < 10; ++i) {
+    const std::string box = "boxes/b" + std::to_string(i);
+    moved = std::max(moved, glm::distance(p.place(box.c_str()), p.start(box.c_str())));
+  }
+  CHECK(moved < 1e-3);
+  CHECK(p.place("puppet/pantin/head").y > 0.8 * p.start("puppet/pantin/head").y);
+}
