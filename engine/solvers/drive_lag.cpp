@@ -51,12 +51,31 @@ CoordinateMotion motion_behind(const JointDrive& drive, const DriveLag& lag, Rea
   return x;
 }
 
+Real beyond_limit(const JointDrive& drive, const DriveLag& lag, const Joint& joint,
+                  CoordinateMotion now, Real time) {
+  const bool travels = drive.motion.travels;
+  const AngleLimit& range = travels ? joint.parameters->travel : joint.limits->angle;
+  if (!range.on) return 0;
+  // Whole turns do not count in limits of angles.
+  const Real middle = 0.5 * (range.low + range.high);
+  const Real turns = travels ? 0 : std::round((now.value - middle) / (2 * kPi)) * 2 * kPi;
+  const Real next = motion_behind(drive, lag, time).value - turns;
+  return next - std::clamp(next, range.low, range.high);
+}
+
+void press(const JointDrive& drive, Real beyond, DriveLag& lag) {
+  lag.yields = lag.limited = true;
+  lag.force = std::copysign(drive.max_torque, beyond);
+}
+
 bool yield_to(const JointDrive& drive, const DriveNeed& need, DriveLag& lag) {
   if (lag.yields || !has_most(drive)) return false;
   // Against another law of its joint, as a limit, its multiplier moves nothing and is removed.
   const bool follows = std::abs(need.missed) <= kFollowed * (1 + std::abs(lag.value));
   Real needed = need.force;
-  if (need.failed) needed = lag.decay * lag.value + 2 * lag.rate;
+  if (need.failed)
+    needed = is_behind(drive, lag) ? lag.decay * lag.value + 2 * lag.rate
+                                   : motion_at(drive.motion, lag.from).rate;
   if (!need.failed && !follows) needed = need.missed;
   if (!need.failed && follows && std::abs(needed) <= (1 + kRounding) * drive.max_torque)
     return false;

@@ -230,6 +230,32 @@ TEST_CASE("a belt with too little pretension slips at the capstan limit and no e
   }
 }
 
+TEST_CASE("a driven pulley that touches something drives its belt without a slip") {
+  World w = planar_world({0, 0, 0});
+  const Entity frame = add_fixed(w);
+  const Entity one = add_wheel(w, frame, {0, 0, 0}, 1), two = add_wheel(w, frame, {3, 0, 0}, 1);
+  Belt belt;
+  belt.pulleys = {pulley_on(w, one, 0.5, 1), pulley_on(w, two, 0.5, 1)};
+  belt.friction = 0.3, belt.pretension = 100;
+  const Entity e = add_laid(w, belt);
+  Shape disc;
+  disc.kind = ShapeKind::sphere, disc.size = {0.5, 0, 0};
+  w.shapes.add(one, {{disc}}), w.collisions.add(one, {});
+  add_solid(w, ShapeKind::sphere, {0.1, 0, 0}, {{0, 0.6, 0}});
+  const DriveMotion steady{.speed = 20, .knots = {}};
+  w.joint_drives.add(w.links.owners()[0],
+                     {.max_torque = 1e300, .keys = {}, .exact = true, .motion = steady});
+  for (const Entity wheel : {one, two}) w.bodies[wheel].angular_velocity.z = 20;
+  int touched = 0;
+  for (int i = 0; i < 60; ++i) {
+    run(w, 1.0 / 60, 1);
+    touched += !detail::planar::plane_of(w).touches.empty();
+    CHECK(w.belts[e].slips == 0);
+    CHECK(w.bodies[two].angular_velocity.z == Approx(20).epsilon(1e-6));
+  }
+  CHECK(touched > 0);
+}
+
 TEST_CASE("a stiff motor on a light pulley turns a wheel a thousand times as heavy as it should") {
   World w = planar_world({0, 0, 0});
   const Entity frame = add_fixed(w);

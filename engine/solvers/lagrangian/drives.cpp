@@ -41,6 +41,18 @@ Real mobility_of(Island& m, const Block& b, const CoordinateRow& row) {
   return sum > kStopped * alone ? sum : alone;
 }
 
+/// A drive that moves its joint within the limits moves it off one that bore. The limits of a link
+/// come before its drive.
+void leave_limits(Island& m, std::size_t drive) {
+  const Block& b = m.blocks[drive];
+  for (std::size_t i = drive; i-- > 0 && m.blocks[i].source == b.source;) {
+    const Block& limit = m.blocks[i];
+    if (limit.kind == BlockKind::joint) return;
+    if (limit.kind == BlockKind::limit && !limit.lock && limit.coordinate == b.coordinate)
+      m.memory[i].active = false;
+  }
+}
+
 }  // namespace
 
 CoordinateMotion drive_motion(const World& world, const Frame& frame, Real time) {
@@ -86,23 +98,28 @@ void begin_drives(const World& world, Island& m, Real h) {
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     const Block& b = m.blocks[i];
     if (b.kind != BlockKind::drive || !lag_of(m, b).yields) continue;
-    if (any_behind) {
-      const CoordinateRow row = row_of_drive(world, m, b, m.memory[i].before[0]);
-      set_pace(drive_of(world, m, b), mobility_of(m, b, row), lag_of(m, b));
-    }
-    lag_of(m, b).yields = false;
+    const JointDrive& drive = drive_of(world, m, b);
+    DriveLag& lag = lag_of(m, b);
+    const CoordinateRow row = row_of_drive(world, m, b, m.memory[i].before[0]);
+    if (any_behind) set_pace(drive, mobility_of(m, b, row), lag);
+    lag.yields = false;
+    const Real beyond = beyond_limit(drive, lag, world.links.values()[b.source].joint,
+                                     {row.value, row.rate}, world.time + h);
+    if (beyond != 0) press(drive, beyond, lag);
   }
+  for (std::size_t i = 0; i < m.blocks.size(); ++i)
+    if (m.blocks[i].kind == BlockKind::drive && !lag_of(m, m.blocks[i]).yields) leave_limits(m, i);
 }
 
 bool yield_drives(const World& world, Island& m, Real h, StepOutcome outcome) {
   const bool failed = outcome == StepOutcome::failed;
-  bool any = false;
-  for (const Block& b : m.blocks) {
-    if (b.kind != BlockKind::drive) continue;
-    const DriveNeed need{m.scratch.impulses[b.first_row] / h, -m.scratch.c[b.first_row], failed};
-    any = yield_to(drive_of(world, m, b), need, lag_of(m, b)) || any;
-  }
-  return any;
+  return yield_any(failed, [&](auto&& look) {
+    for (const Block& b : m.blocks) {
+      if (b.kind != BlockKind::drive) continue;
+      const DriveNeed need{m.scratch.impulses[b.first_row] / h, -m.scratch.c[b.first_row], failed};
+      look(drive_of(world, m, b), need, lag_of(m, b));
+    }
+  });
 }
 
 bool may_yield(const World& world, const Island& m) {

@@ -81,7 +81,7 @@ void let_slip(const World& world, Planar& all, const Mechanism& of, Real h) {
   PANTIN_ASSERT(s.rows.size() >= of.spans.size());
   const std::size_t first = s.rows.size() - of.spans.size();
   s.lambda.clear();
-  for (const Row& row : s.rows) s.lambda.push_back(-rate_of(row, s.motions.velocity));
+  for (const Row& row : s.rows) s.lambda.push_back(lack_of(row, s.motions.velocity));
   of.closing.solve(s.lambda);
   for (std::size_t i = 0; i < of.spans.size(); ++i) {
     FlatSpan& span = all.spans[of.spans[i]];

@@ -9,6 +9,10 @@
 namespace pantin::detail::planar {
 namespace {
 
+/// Part of its way in a step that Box2D leaves to a drive that is stopped; less, rad or m, is
+/// closed.
+constexpr Real kStopped = 0.5, kLeft = 1e-9;
+
 const JointDrive& joint_drive(const World& world, const FlatDrive& d) {
   return world.joint_drives.values()[d.drive];
 }
@@ -59,7 +63,7 @@ void begin_drives(const World& world, Planar& all, Real h) {
   bool any_behind = false;
   for (FlatDrive& d : all.drives) {
     const JointDrive& drive = joint_drive(world, d);
-    d.lag = {}, d.impulse = 0;
+    d.lag = {}, d.impulse = d.beyond = 0;
     if (!has_most(drive)) continue;
     d.lag = lag_at(drive, coordinate_of(world, all, d), world.time, h);
     d.lag.yields = true;  // while mobilities are found
@@ -70,21 +74,29 @@ void begin_drives(const World& world, Planar& all, Real h) {
   for (FlatDrive& d : all.drives) {
     d.lag.yields = false;
     PlaneJoint& j = joint_of(all, d);
-    const Row row = drive_pull(world, all, d);
-    d.sign = d.travels ? 1 : row.part(j.b).z;
+    d.sign = d.travels ? 1 : drive_pull(world, all, d).part(j.b).z;
     const JointDrive& drive = joint_drive(world, d);
-    const Real way = motion_behind(drive, d.lag, world.time + h).value - (row.c + d.first);
+    const CoordinateMotion now = coordinate_of(world, all, d);
+    const Real way = motion_behind(drive, d.lag, world.time + h).value - now.value;
+    const Joint& joint = world.links.values()[all.links[d.link].link].joint;
+    d.beyond = beyond_limit(drive, d.lag, joint, now, world.time + h);
+    if (d.beyond != 0 && has_most(drive)) press(drive, d.beyond, d.lag);
     j.drive = {.on = true, .rate = d.sign * way / h, .most = drive.max_torque};
   }
 }
 
-void take_drives(Planar& all, Real h) {
+void take_drives(const World& world, Planar& all, Real h) {
   for (const Mechanism& of : all.mechanisms)
     for (const std::uint32_t at : of.drives) {
       if (of.moved) continue;
       FlatDrive& d = all.drives[at];
       const PlaneJoint& j = joint_of(all, d);
-      d.lag.yields = d.lag.limited = j.drive.capped;
+      const JointDrive& drive = joint_drive(world, d);
+      // What is stopped although its maximum is not reached yet: Box2D's impulses grow with time.
+      const Real now = drive_pull(world, all, d).c + d.first;
+      const Real left = std::abs(motion_behind(drive, d.lag, world.time + h).value - now);
+      const bool stopped = has_most(drive) && left > kStopped * h * std::abs(j.drive.rate) + kLeft;
+      d.lag.yields = d.lag.limited = j.drive.capped || stopped;
       d.lag.force = d.sign * j.drive.force, d.impulse = h * d.lag.force;
     }
 }

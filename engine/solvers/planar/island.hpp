@@ -84,6 +84,7 @@ struct FlatDrive {
   DriveLag lag;
   Real impulse = 0;  // N m s or N s, along the coordinate
   Real sign = 1;     // of the coordinate in the plane's joint
+  Real beyond = 0;   // rad or m: how far its motion is beyond a limit of the joint
 
   static void fields(auto& self, auto&& field) {
     field("owner", derived(self.owner));
@@ -96,6 +97,7 @@ struct FlatDrive {
     field("lag", derived(self.lag));
     field("impulse", derived(self.impulse));
     field("sign", derived(self.sign));
+    field("beyond", derived(self.beyond));
   }
 };
 
@@ -300,7 +302,7 @@ Row drive_pull(const World& world, const Planar& all, const FlatDrive& of);
 /// Box2D's joints what they demand.
 void begin_drives(const World& world, Planar& all, Real h);
 /// After Box2D's step: takes over the forces of drives whose mechanisms it moved.
-void take_drives(Planar& all, Real h);
+void take_drives(const World& world, Planar& all, Real h);
 /// Stores the results of drives.
 void write_drives(World& world, Planar& all, Real h);
 /// The rate along a row by a unit impulse along it, with the closing factor of the mechanism, which

@@ -222,13 +222,12 @@ bool Rattle::switch_limits(int looks) {
 
 /// Lets drives yield whose force would exceed their maximum. Whether any does from now on.
 bool Rattle::yield_drives(bool taken) {
-  bool any = false;
-  for (const std::uint32_t at : of_.drives) {
-    FlatDrive& d = all_.drives[at];
-    const DriveNeed need{d.impulse / whole_, 0, !taken};
-    any = yield_to(world_.joint_drives.values()[d.drive], need, d.lag) || any;
-  }
-  return any;
+  return yield_any(!taken, [&](auto&& look) {
+    for (const std::uint32_t at : of_.drives) {
+      FlatDrive& d = all_.drives[at];
+      look(world_.joint_drives.values()[d.drive], DriveNeed{d.impulse / whole_, 0, !taken}, d.lag);
+    }
+  });
 }
 
 /// Lets spans slip whose force would exceed their belts' friction. Whether any did.

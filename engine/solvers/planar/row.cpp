@@ -183,7 +183,7 @@ void predict(World& world, const StepTask& task) {
   for (PlaneContact& t : all.touches) name_shapes(scratch.plane, t);
   take_results(world, all, task.h);
   take_mechanisms(all);
-  take_drives(all, task.h);
+  take_drives(world, all, task.h);
   scratch.motions.time = task.h;
   close(world, all, task.h);
   find_lost_curves(world, all);
@@ -281,7 +281,14 @@ void note_failure(const World& world, StepReport& report) {
 void report(const World& world, StepReport& report) {
   const Planar& all = plane_of(world);
   report.worst_constraint = std::max(report.worst_constraint, all.residual);
-  for (const FlatDrive& d : all.drives) report.drives_capped += d.lag.limited;
+  for (const FlatDrive& d : all.drives) {
+    report.drives_capped += d.lag.limited;
+    // Without a maximum it moves its joint beyond the limit.
+    const bool contradicts = d.beyond != 0 && !has_most(world.joint_drives.values()[d.drive]);
+    if (!contradicts || report.status != Status::ok) continue;
+    report.status = Status::inconsistent;
+    report.worst_residual_at = d.owner, report.worst_residual = std::abs(d.beyond);
+  }
   if (all.islands > 0 && !all.scratch.stepped && !all.lost)
     report.asleep += static_cast<int>(all.islands);
 }
