@@ -11,6 +11,7 @@
 #include "engine/runtime/requests.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/check.hpp"
+#include "engine/solvers/drive_starts.hpp"
 #include "engine/solvers/motor_gains.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/solvers/takeover.hpp"
@@ -294,6 +295,7 @@ void build(Step& s) {
 void drive(Step& s) {
   const Timed timed(s, &StageTimes::drive);
   if (s.record.monitor) s.record.monitor->begin_substep(s.world);
+  start_drives(s.world);  // where their joints stand now
   move_kinematic_bodies(s.world, s.task.h, s.report);
   move_fingers(s.world, s.world.time + s.task.h, s.task.h);
   build(s);

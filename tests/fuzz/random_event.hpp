@@ -1,5 +1,6 @@
 #pragma once
 /// Timed events of any kind in the list, with members that bytes make: see random_program.hpp.
+#include <optional>
 #include <pantin/events.hpp>
 #include <string_view>
 #include <vector>
@@ -29,6 +30,12 @@ struct EventFiller {
     solver = static_cast<Solver>(bytes.pick(7));
   }
   void operator()(std::string_view, std::uint64_t& seed) const { seed = bytes.pick(100); }
+  void operator()(std::string_view, std::optional<DriveMotion>& motion) const {
+    if (!bytes.chance(3)) return;
+    motion.emplace().speed = bytes.number();
+    motion->at_start = bytes.chance(2), motion->offset = bytes.number();
+    if (bytes.chance(3)) motion->knots = {{0, bytes.number()}, {bytes.positive(), bytes.number()}};
+  }
   void operator()(std::string_view, JointMotor& motor) const {
     motor.kind = static_cast<MotorKind>(bytes.pick(3));
     motor.target = bytes.number(), motor.gain = bytes.number();

@@ -110,3 +110,37 @@ TEST_CASE("an event with a motion that no drive can follow is refused") {
   d.world.joint_drives[d.joint].exact = false;
   refused({.speed = 1, .knots = {}}, "spring");
 }
+
+TEST_CASE("an event changes what it says alone, after earlier events too") {
+  const Solver solver = GENERATE(Solver::lagrangian, Solver::planar);
+  Driven d = pendulum(exactly(kSwing, 80), solver);
+  must(d.world.add(DriveEvent{.joint = d.joint, .max_torque = 50, .at = 0.1}));
+  must(d.world.add(
+      DriveEvent{.joint = d.joint, .motion = DriveMotion{.speed = 0.1, .knots = {}}, .at = 0.2}));
+  Simulation sim = started(d);
+  run_to(sim, 0.15);
+  CHECK(sim.world.joint_drives[d.joint].max_torque == 50);
+  run_to(sim, 1);
+  CHECK(sim.world.joint_drives[d.joint].max_torque == 50);
+  CHECK(joint_angular_speed(sim.world, d.joint) == Approx(0.1));
+}
+
+TEST_CASE("a drive on a turning body goes on from where its joint stands at the event") {
+  const Solver solver = GENERATE(Solver::lagrangian, Solver::planar);
+  CAPTURE(static_cast<int>(solver));
+  World w;
+  w.default_settings.solver = solver;
+  const Entity table = must(w.add(RigidBody{.motion = Motion::kinematic}));
+  SteadyMotion turning;
+  turning.angular_velocity = {0, 0, 3};
+  w.paths.add(table, {turning});
+  const Entity arm = must(
+      w.add(RigidBody{.shape = SphereShape{0.1}, .mass = 1, .position = {0.5, 0, 0}, .drag = 0}));
+  const Entity joint = must(w.add(HingeJoint{
+      .a = table, .b = arm, .axis = {0, 0, 1}, .drive = exactly({.speed = 1, .knots = {}})}));
+  must(w.add(DriveEvent{.joint = joint, .motion = DriveMotion{.knots = {}}, .at = 0.5}));
+  Simulation sim(std::move(w));
+  sim.settings.h = 0.01;
+  run_to(sim, 1);
+  CHECK(joint_angle(sim.world, joint) == Approx(0.5).margin(1e-9));
+}

@@ -47,7 +47,8 @@ std::vector<std::string_view> names_of(const BuiltScene& built, EventObject obje
 
 /// Whether the joint lacks the motor or drive that the event changes.
 bool lacks(const BuiltJoint& j, const TimedEvent& event) {
-  if (std::holds_alternative<DriveEvent>(event.kind)) return !j.drive;
+  if (const auto* drive = std::get_if<DriveEvent>(&event.kind))
+    return !j.drive || (drive->motion && !j.drive->exact);
   if (!std::holds_alternative<MotorEvent>(event.kind)) return false;
   const JointParameters& own = *j.joint.parameters;
   return own.rotation.motor.kind == MotorKind::none &&
@@ -161,9 +162,6 @@ bool GroupBuilder::set_drive(Element<EventRecipe> e, std::uint32_t joint, DriveE
   }
   if (event.motion && !set_motion(e, j, *event.motion)) return false;
   if (j.drive->motion.travels) event.max_torque /= e.recipe.length_unit;  // N, not N m
-  event.stiffness = or_before(event.stiffness, j.drive->stiffness);
-  event.damping = or_before(event.damping, j.drive->damping);
-  event.max_torque = or_before(event.max_torque, j.drive->max_torque);
   return true;
 }
 
