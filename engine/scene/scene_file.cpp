@@ -149,7 +149,9 @@ Real promised_gap(const World& world) {
 std::vector<ModelChoice> models_of(const BuiltScene& built, const World& start, Real error) {
   World world = start;
   build_world(built, world);
-  return choose_models(world, error);
+  std::vector<ModelChoice> choices = choose_models(world, error);
+  withdraw_refused(built, start.gravity, choices);
+  return choices;
 }
 
 struct Wanted {
@@ -251,7 +253,7 @@ std::vector<std::string> lines_of_models(const std::string& path) {
   JsonPlaces places(files);
   const Recipe recipe = read_recipe(files, places, limits);
   const BuiltScene built = build_scene(recipe, places, limits);
-  if (files.any_errors() || !(recipe.error > 0)) return {};
+  if (files.any_errors() || !(recipe.error > 0) || recipe.plane) return {};
   struct Line {
     std::string name;
     std::size_t bodies = 0, groups = 0;

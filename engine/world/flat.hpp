@@ -1,6 +1,8 @@
 #pragma once
 /// What can be solved in the xy plane: bodies that keep their z and rotate about z alone.
+#include <span>
 #include <string>
+#include <vector>
 
 #include "engine/geometry/shape.hpp"
 #include "engine/joints/joint.hpp"
@@ -14,6 +16,8 @@ struct World;
 }
 
 namespace pantin::detail {
+
+struct IslandPlan;
 
 /// Whether this build has the solver "planar".
 bool has_planar_solver();
@@ -59,5 +63,7 @@ bool has_section(const Shape& shape, Quat rotation);
 /// the present World: the bodies that joints connect and the fixed shapes that the island may
 /// touch, but no later disturbance.
 std::string plane_fault(const World& world, Entity body);
+/// The same for several islands at once, in linear time.
+std::vector<std::string> plane_faults(const World& world, std::span<const IslandPlan> islands);
 
 }  // namespace pantin::detail

@@ -14,20 +14,25 @@ namespace {
 
 constexpr Real kAside = 1e-9;  // tolerance for a push out of the plane: rounding
 
-/// An island in the plane: its bodies, by slot.
+/// Islands that are asked about, by the slots of their bodies.
 struct Flat {
   const World& world;
-  std::vector<bool> own;
+  std::vector<std::uint32_t> island;  // kNoSlot: of none
 
-  bool is_own(Entity e) const {
+  std::uint32_t island_of(Entity e) const {
     const std::uint32_t slot = world.bodies.slot(e);
-    return slot != kNoSlot && own[slot];
+    return slot == kNoSlot ? kNoSlot : island[slot];
   }
   Pose pose_of(Entity e) const {
     const Body* b = world.bodies.find(e);
     return b ? b->pose : Pose{};
   }
 };
+
+const Collision* collision_of(const World& world, Entity e) {
+  const Collision* c = world.collisions.find(e);
+  return c && !c->sensor ? c : nullptr;
+}
 
 /// The fault of the body alone: its motion, its pushes, its shapes.
 std::string body_fault(const World& world, std::uint32_t slot) {
@@ -40,7 +45,7 @@ std::string body_fault(const World& world, std::uint32_t slot) {
     if (std::abs(f->force.z) > kAside * glm::length(f->force) ||
         std::hypot(f->torque.x, f->torque.y) > kAside * glm::length(f->torque))
       return "is pushed out of the xy plane";
-  const Collision* collision = world.collisions.find(e);
+  const Collision* collision = collision_of(world, e);
   const Shapes* shapes = collision ? world.shapes.find(e) : nullptr;
   if (collision && has_special_surface(*collision))
     return "has a moving surface, rolling or spinning friction";
@@ -52,7 +57,6 @@ std::string body_fault(const World& world, std::uint32_t slot) {
 
 std::string link_fault(const Flat& flat, std::uint32_t slot) {
   const Link& link = flat.world.links.values()[slot];
-  if (!flat.is_own(link.a) && !flat.is_own(link.b)) return {};
   if (std::string why = flat_fault(link.joint, flat.pose_of(link.a), flat.pose_of(link.b));
       !why.empty())
     return "has a joint that " + why;
@@ -75,31 +79,34 @@ std::string link_fault(const Flat& flat, std::uint32_t slot) {
   return {};
 }
 
-/// The fault of ties other than joints.
-std::string tie_fault(const Flat& flat) {
+/// Calls `note` with islands and the faults of ties other than joints.
+template <class Note>
+void note_ties(const Flat& flat, const Note& note) {
   const World& w = flat.world;
   for (const Cable& c : w.cables.values()) {
-    const bool runs_over = std::any_of(c.guides.begin(), c.guides.end(),
-                                       [&](const CableGuide& g) { return flat.is_own(g.body); });
-    if (runs_over || flat.is_own(c.a) || flat.is_own(c.b))
-      return "hangs on a cable, which the planar solver does not support";
+    const auto fault = [] {
+      return std::string("hangs on a cable, which the planar solver does not support");
+    };
+    note(flat.island_of(c.a), fault), note(flat.island_of(c.b), fault);
+    for (const CableGuide& g : c.guides) note(flat.island_of(g.body), fault);
   }
-  for (const SurfaceContact& c : w.surface_contacts.values())
-    if (flat.is_own(c.a) || flat.is_own(c.b)) {
+  for (const SurfaceContact& c : w.surface_contacts.values()) {
+    const auto fault = [&] {
       if (const Feature f = feature_of(c); !knows(Solver::planar, f))
         return std::string("has ") + name_of(f) + ", which the planar solver does not support";
-      if (std::string why = flat_fault(c, flat.pose_of(c.a), flat.pose_of(c.b)); !why.empty())
-        return why;
-    }
+      return flat_fault(c, flat.pose_of(c.a), flat.pose_of(c.b));
+    };
+    note(flat.island_of(c.a), fault), note(flat.island_of(c.b), fault);
+  }
   for (const Pin& p : w.pins.values())
-    if (flat.is_own(p.body) && p.kind != PinKind::exact)
-      return "hangs on a spring pin, which the planar solver does not support";
-  return {};
+    if (p.kind != PinKind::exact)
+      note(flat.island_of(p.body), [] {
+        return std::string("hangs on a spring pin, which the planar solver does not support");
+      });
 }
 
-/// Whether a fixed or kinematic collider that the island may touch has no planar section.
-bool meets_what_has_none(const Flat& flat) {
-  const World& w = flat.world;
+/// Whether a fixed or kinematic collider has no planar section.
+bool meets_what_has_none(const World& w) {
   for (std::size_t i = 0; i < w.collisions.size(); ++i) {
     const Entity e = w.collisions.owners()[i];
     const Body* b = w.bodies.find(e);
@@ -113,25 +120,44 @@ bool meets_what_has_none(const Flat& flat) {
 
 }  // namespace
 
+std::vector<std::string> plane_faults(const World& world, std::span<const IslandPlan> islands) {
+  Flat flat{world, std::vector<std::uint32_t>(world.bodies.size(), kNoSlot)};
+  for (std::uint32_t i = 0; i < islands.size(); ++i)
+    for (const std::uint32_t slot : islands[i].slots) flat.island[slot] = i;
+  std::vector<std::string> faults(islands.size());
+  const auto note = [&](std::uint32_t island, auto&& fault) {
+    if (island != kNoSlot && faults[island].empty()) faults[island] = fault();
+  };
+  std::vector<bool> is_solid(islands.size(), false);
+  for (std::uint32_t slot = 0; slot < world.bodies.size(); ++slot) {
+    const std::uint32_t island = flat.island[slot];
+    note(island, [&] { return body_fault(world, slot); });
+    if (island != kNoSlot && collision_of(world, world.bodies.owners()[slot]))
+      is_solid[island] = true;
+  }
+  for (std::uint32_t i = 0; i < world.links.size(); ++i) {
+    const Link& link = world.links.values()[i];
+    const std::uint32_t a = flat.island_of(link.a), b = flat.island_of(link.b);
+    note(a, [&] { return link_fault(flat, i); });
+    if (b != a) note(b, [&] { return link_fault(flat, i); });
+  }
+  note_ties(flat, note);
+  const bool meets = meets_what_has_none(world);
+  for (std::uint32_t i = 0; i < islands.size(); ++i)
+    if (meets && is_solid[i])
+      note(i, [] {
+        return std::string("may touch a shape without a planar section of discs and polygons");
+      });
+  return faults;
+}
+
 std::string plane_fault(const World& world, Entity body) {
   const std::uint32_t slot = world.bodies.slot(body);
   if (slot == kNoSlot || world.bodies.values()[slot].motion != Motion::dynamic)
     return "is not a dynamic body";
-  Flat flat{world, std::vector<bool>(world.bodies.size(), false)};
   for (const IslandPlan& island : find_islands(world))
-    if (std::find(island.slots.begin(), island.slots.end(), slot) != island.slots.end())
-      for (const std::uint32_t of : island.slots) flat.own[of] = true;
-  bool is_solid = false;
-  for (std::uint32_t i = 0; i < world.bodies.size(); ++i) {
-    if (!flat.own[i]) continue;
-    if (std::string why = body_fault(world, i); !why.empty()) return why;
-    is_solid = is_solid || world.collisions.find(world.bodies.owners()[i]);
-  }
-  for (std::uint32_t i = 0; i < world.links.size(); ++i)
-    if (std::string why = link_fault(flat, i); !why.empty()) return why;
-  if (std::string why = tie_fault(flat); !why.empty()) return why;
-  if (is_solid && meets_what_has_none(flat))
-    return "may touch a shape without a planar section of discs and polygons";
+    if (std::binary_search(island.slots.begin(), island.slots.end(), slot))
+      return plane_faults(world, {&island, 1}).front();
   return {};
 }
 

@@ -308,6 +308,34 @@ TEST_CASE("each group of bodies that cannot meet has the cheapest model of its o
   CHECK(solver_of(pushed("b"), "a") == Solver::articulated);
 }
 
+TEST_CASE("what the plane does not support keeps its group out of it, and the scene loads") {
+  const auto with = [](const std::string& more) { return good(four_bar("", more)); };
+  const Scene sprung = with(
+      R"(, "events": [{"type": "pull", "body": "crank", "target": [1, 1, 0], "stiffness": 100}])");
+  CHECK(solver_of(sprung, "crank") == Solver::articulated);
+  const Scene raised =
+      with(R"(, "events": [{"type": "pull", "body": "crank", "target": [1, 1, 0.5]}])");
+  CHECK(solver_of(raised, "crank") == Solver::articulated);
+  // Gravity moves what has a share of it alone.
+  const Scene top =
+      with(R"(, "defaults": {"body": {"gravity_scale": 0}}, "gravity": [0, 0, -9.81])");
+  CHECK(solver_of(top, "crank") == Solver::planar);
+}
+
+TEST_CASE("bodies with a solver of their own do not get that of the rest of the scene") {
+  std::string text = four_bar("");
+  text.replace(text.find("\"bodies\": [") + 11, 0,
+               R"({"name": "own", "mass": 1, "inertia": [1, 2, 3], "position": [9, 0, 0],
+                   "shape": {"type": "sphere", "radius": 0.1}, "collision": true,
+                   "solver": {"type": "lagrangian"}},
+                  {"name": "near", "mass": 1, "inertia": [1, 2, 3], "position": [9, 2, 3],
+                   "shape": {"type": "sphere", "radius": 0.1}, "collision": true},)");
+  const Scene mixed = good(text);
+  CHECK(solver_of(mixed, "crank") == Solver::planar);
+  CHECK(solver_of(mixed, "own") == Solver::lagrangian);
+  CHECK(solver_of(mixed, "near") == Solver::articulated);
+}
+
 TEST_CASE("free bodies that collide are solved in the plane only where that is accurate enough") {
   const std::string collides = R"(, "collision": true)";
   const auto chosen = [](const std::string& text) {

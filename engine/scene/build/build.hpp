@@ -216,10 +216,12 @@ struct ModelChoice {
 };
 /// The choices for all groups without solver settings of their own, where an error of `error` is
 /// accepted, a fraction of the motion's size. Bodies of two groups cannot meet: they are not
-/// joined, and at most one of them collides. "planar", for motion in the xy plane, closes loops and
+/// joined, and their colliders never meet. "planar", for motion in the xy plane, closes loops and
 /// knows joints that "auto" leaves to "lagrangian"; it is cheaper for free bodies that collide,
 /// too, to about 0.5 % at 60 Hz. On trees of joints "auto" is cheaper.
 std::vector<ModelChoice> choose_models(const World& world, Real error);
+/// Withdraws the choice "planar" where the scene would be refused with it.
+void withdraw_refused(const BuiltScene& built, Vec3 gravity, std::vector<ModelChoice>& choices);
 /// Gives bodies their choice: the settings `planar`, or, if all have that solver, none. Returns the
 /// solver of the scene.
 Solver give_models(const std::vector<ModelChoice>& choices, const SolverSettings& planar,

@@ -6,7 +6,6 @@
 
 #include "engine/base/disjoint_sets.hpp"
 #include "engine/geometry/convex.hpp"
-#include "engine/joints/kinds.hpp"
 #include "engine/scene/build/build.hpp"
 #include "engine/world/features.hpp"
 #include "engine/world/flat.hpp"
@@ -18,6 +17,19 @@ namespace {
 
 /// From here on "planar" is accurate enough in contact: `pantin chart` of the shipped scenes.
 constexpr Real kContactError = 0.01;
+
+/// Counts errors, and forgets them.
+class Refusals final : public BuildMessages {
+ public:
+  void error(const ElementId&, std::string_view, std::string) override { ++count_; }
+  void warn(const ElementId&, std::string_view, std::string) override {}
+  std::size_t errors() const override { return count_; }
+  Hints& hints() override { return hints_; }
+
+ private:
+  std::size_t count_ = 0;
+  Hints hints_;
+};
 
 /// The heights z at which all bodies that were added have a section in the plane: round shapes at
 /// their centres, prisms anywhere.
@@ -47,7 +59,7 @@ struct Heights {
 /// Bodies that no other group's bodies can meet, and what they consist of.
 struct Group {
   std::vector<std::uint32_t> slots;
-  bool has_tree = false;     // of two bodies or more, and no loop
+  bool has_tree = false;     // of joints, and no loop
   bool has_loop = false;     // or what "auto" leaves to "lagrangian"
   bool has_solid = false;    // a body that collides
   bool has_bounces = false;  // restitution, its own or of bodies that it may hit
@@ -61,17 +73,26 @@ struct Group {
   bool is_flat() const { return leaves_plane.empty() && (!has_solid || heights.are_level()); }
   /// Whether "planar" is the cheaper model, and accurate enough.
   bool pays(Real error) const {
-    if (has_tree) return false;
-    return has_loop || (has_solid && !has_bounces && error >= kContactError);
+    const bool contacts_fit = !has_solid || (!has_bounces && error >= kContactError);
+    return !has_tree && contacts_fit && (has_loop || has_solid);
   }
   /// Whether both solvers do the same.
   bool is_free() const { return !has_tree && !has_loop && !has_solid; }
 };
 
-/// How far a timed event drives bodies out of the plane; 0: not at all.
-Real push_along_z(const TimedEvent& event) {
+/// Why an event cannot be had in the plane, as a clause, or empty.
+std::string fault_in_plane(const World& world, const TimedEvent& event) {
+  constexpr Real kSame = 1e-6;  // m
+  const char* const leaves = "is driven out of the xy plane by an event";
   return std::visit(
-      [](const auto& e) {
+      [&](const auto& e) -> std::string {
+        if constexpr (std::is_same_v<std::decay_t<decltype(e)>, PullEvent>) {
+          const Body* b = world.bodies.find(e.body);
+          if (!b) return "";
+          if (e.stiffness > 0) return "is pulled by a spring, which planar does not support";
+          const Real apart = e.target.z - to_world(b->pose, e.anchor).z;
+          return std::abs(apart) > kSame ? leaves : "";
+        }
         Real most = 0;
         if constexpr (requires { e.force; })
           most = std::max({std::abs(e.force.z), std::abs(e.torque.x), std::abs(e.torque.y)});
@@ -81,7 +102,7 @@ Real push_along_z(const TimedEvent& event) {
         if constexpr (std::is_same_v<std::decay_t<decltype(e)>, WindEvent>)
           most = std::max(std::abs(e.velocity.z), std::abs(e.gusts.z));
         if constexpr (requires { e.gravity; }) most = std::abs(e.gravity.z);
-        return most;
+        return most > 0 ? leaves : "";
       },
       event.kind);
 }
@@ -113,7 +134,7 @@ class Chooser {
   void list_groups();
   void note_colliders();
   void note_joints();
-  void note_islands(const std::vector<bool>& has_loop);
+  void note_islands(const std::vector<bool>& closers, const std::vector<bool>& has_joint);
   void note_events();
   void note_unsupported();
   void decide(Group& group) const;
@@ -186,46 +207,32 @@ void Chooser::note_colliders() {
   }
 }
 
-/// Finds the loops: of joints, and of what "auto" leaves to "lagrangian".
+/// Finds joints and the loops that they close.
 void Chooser::note_joints() {
-  std::vector<bool> has_loop(count_, false);
+  std::vector<bool> has_joint(count_, false);
   const auto place_of = [&](Entity body) {
     const std::uint32_t slot = world_.bodies.slot(body);
-    return is_dynamic(slot) ? slot : count_;
-  };
-  const auto close = [&](std::initializer_list<Entity> bodies) {
-    for (const Entity e : bodies)
-      if (const std::uint32_t at = place_of(e); at < count_) has_loop[at] = true;
+    if (!is_dynamic(slot)) return count_;
+    has_joint[slot] = true;
+    return slot;
   };
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
-  for (std::size_t i = 0; i < world_.links.size(); ++i) {
-    const Link& l = world_.links.values()[i];
-    const JointDrive* drive = world_.joint_drives.find(world_.links.owners()[i]);
-    pairs.emplace_back(place_of(l.a), place_of(l.b));
-    if (!is_articulated(l.joint.kind) || (*l.joint.parameters).restitution != 0 ||
-        (drive && drive->exact))
-      close({l.a, l.b});
-  }
-  for (const SurfaceContact& s : world_.surface_contacts.values()) close({s.a, s.b});
-  for (const Gear& g : world_.gears.values())
-    if (const Link* a = world_.links.find(g.first), *b = world_.links.find(g.second); a && b)
-      close({a->b, b->b});
-  for (const Belt& b : world_.belts.values())
-    for (const BeltPulley& p : b.pulleys) close({p.body});
-  const std::vector<bool> closers = loop_closers(count_, pairs);
-  for (std::uint32_t slot = 0; slot < count_; ++slot)
-    if (closers[slot]) has_loop[slot] = true;
-  note_islands(has_loop);
+  for (const Link& l : world_.links.values()) pairs.emplace_back(place_of(l.a), place_of(l.b));
+  note_islands(loop_closers(count_, pairs), has_joint);
 }
 
-void Chooser::note_islands(const std::vector<bool>& has_loop) {
-  for (const IslandPlan& island : islands_) {
-    const Entity first = world_.bodies.owners()[island.slots.front()];
-    Group& group = *group_of(first);
-    const bool loops = std::ranges::any_of(island.slots, [&](auto slot) { return has_loop[slot]; });
+void Chooser::note_islands(const std::vector<bool>& closers, const std::vector<bool>& has_joint) {
+  const std::vector<std::string> faults = plane_faults(world_, islands_);
+  for (std::size_t i = 0; i < islands_.size(); ++i) {
+    const std::vector<std::uint32_t>& slots = islands_[i].slots;
+    Group& group = *group_of(world_.bodies.owners()[slots.front()]);
+    const auto any = [&](const std::vector<bool>& of) {
+      return std::ranges::any_of(slots, [&](std::uint32_t slot) { return of[slot]; });
+    };
+    const bool loops = bool(islands_[i].beyond) || any(closers);
     group.has_loop = group.has_loop || loops;
-    group.has_tree = group.has_tree || (!loops && island.slots.size() > 1);
-    if (group.leaves_plane.empty()) group.leaves_plane = plane_fault(world_, first);
+    group.has_tree = group.has_tree || (!loops && (slots.size() > 1 || any(has_joint)));
+    if (group.leaves_plane.empty()) group.leaves_plane = faults[i];
   }
 }
 
@@ -233,9 +240,10 @@ void Chooser::note_events() {
   const auto* events = events_of(world_);
   if (!events) return;
   for (const TimedEvent& event : events->values()) {
-    if (!(push_along_z(event) > 0)) continue;
-    const auto push = [](Group& g) {
-      if (g.leaves_plane.empty()) g.leaves_plane = "is driven out of the xy plane by an event";
+    const std::string why = fault_in_plane(world_, event);
+    if (why.empty()) continue;
+    const auto push = [&](Group& g) {
+      if (g.leaves_plane.empty()) g.leaves_plane = why;
     };
     const auto note = [&](const auto& e) {
       bool is_of_all = true;
@@ -323,10 +331,31 @@ std::vector<ModelChoice> choose_models(const World& world, Real error) {
   return Chooser(world, error).choose();
 }
 
+void withdraw_refused(const BuiltScene& built, Vec3 gravity, std::vector<ModelChoice>& choices) {
+  std::vector<Solver> solvers = solvers_of(built, Solver::articulated);
+  const auto refusals = [&] {
+    Refusals found;
+    check_solvers(built, solvers, found), check_planes(built, solvers, gravity, found);
+    check_events(built, solvers, found);
+    return found.errors();
+  };
+  const std::size_t before = refusals();
+  for (const ModelChoice& c : choices)
+    for (const std::uint32_t slot : c.slots)
+      if (c.solver == Solver::planar && slot < solvers.size()) solvers[slot] = c.solver;
+  if (refusals() <= before) return;
+  for (ModelChoice& c : choices)
+    if (c.solver == Solver::planar)
+      c.solver = Solver::articulated, c.why = "\"planar\" does not support all of this scene";
+}
+
 Solver give_models(const std::vector<ModelChoice>& choices, const SolverSettings& planar,
                    BuiltScene& built) {
   const auto is_planar = [](const ModelChoice& c) { return c.solver == Solver::planar; };
-  if (!choices.empty() && std::ranges::all_of(choices, is_planar)) return Solver::planar;
+  std::size_t chosen = 0, all = 0;
+  for (const ModelChoice& c : choices) chosen += c.slots.size();
+  for (const BuiltBody& b : built.bodies) all += b.body.motion == Motion::dynamic;
+  if (chosen > 0 && chosen == all && std::ranges::all_of(choices, is_planar)) return Solver::planar;
   for (const ModelChoice& c : choices)
     for (const std::uint32_t slot : c.slots)
       if (is_planar(c) && slot < built.bodies.size()) built.bodies[slot].solver = &planar;

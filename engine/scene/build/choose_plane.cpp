@@ -18,13 +18,15 @@ struct Choice {
 
 std::vector<Choice> choices_for(const World& world) {
   std::vector<Choice> choices;
-  for (const IslandPlan& island : find_islands(world)) {
+  const std::vector<IslandPlan> islands = find_islands(world);
+  std::vector<std::string> faults = plane_faults(world, islands);
+  for (std::size_t i = 0; i < islands.size(); ++i) {
+    const IslandPlan& island = islands[i];
     const auto has_own = [&](std::uint32_t slot) {
       return world.settings.find(world.bodies.owners()[slot]) != nullptr;
     };
     if (std::any_of(island.slots.begin(), island.slots.end(), has_own)) continue;
-    Choice choice{island.slots.front(), {island.slots.begin(), island.slots.end()}, false, {}};
-    choice.why = plane_fault(world, world.bodies.owners()[choice.slot]);
+    Choice choice{island.slots.front(), island.slots, false, std::move(faults[i])};
     for (const std::uint32_t slot : island.slots)
       if (const Collision* c = world.collisions.find(world.bodies.owners()[slot]))
         choice.is_solid = choice.is_solid || !c->sensor;

@@ -16,7 +16,7 @@ struct Found {
 
 Found fault_of(const BuiltBody& b) {
   if (std::string why = flat_fault(b.body); !why.empty()) return {"", std::move(why)};
-  if (!b.collision || !b.mass_properties) return {};
+  if (!b.collision || b.collision->sensor || !b.mass_properties) return {};
   const Pose& at = b.body.pose;
   for (const Shape& shape : b.mass_properties->shapes)
     if (!has_section(shape, at.rotation))
@@ -36,7 +36,7 @@ void check_planes(const BuiltScene& built, const std::vector<Solver>& solvers, V
   const auto is_flat = [&](std::uint32_t body) {
     return built.is_dynamic(body) && solvers[body] == Solver::planar;
   };
-  bool any = false;
+  bool any = false, falls = false;  // of these bodies; reported once
   for (std::uint32_t i = 0; i < built.bodies.size(); ++i) {
     if (!is_flat(i)) continue;
     const BuiltBody& b = built.bodies[i];
@@ -44,9 +44,11 @@ void check_planes(const BuiltScene& built, const std::vector<Solver>& solvers, V
       return messages.error(b.at, "solver",
                             "found the solver \"planar\", expected another: this build of pantin "
                             "was made without Box2D");
-    if (std::string why = flat_fault(gravity); !any && !why.empty())
-      messages.error(b.at, "", "found body \"" + b.name + "\", which " + why + kExpected);
     any = true;
+    std::string why = b.body.gravity_scale != 0 ? flat_fault(gravity) : std::string();
+    if (!falls && !why.empty())
+      messages.error(b.at, "", "found body \"" + b.name + "\", which " + why + kExpected);
+    falls = falls || !why.empty();
     if (const Found found = fault_of(b); !found.what.empty())
       messages.error(b.at, found.member,
                      "found body \"" + b.name + "\", which " + found.what + kExpected);
