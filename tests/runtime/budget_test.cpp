@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <pantin/must.hpp>
 
+#include "engine/runtime/save.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/scene/scene.hpp"
 #include "engine/solvers/articulated/internal.hpp"
