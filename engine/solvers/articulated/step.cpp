@@ -54,8 +54,11 @@ void report_pins_and_cables(World& world, Island& a, Real h) {
     pin.residual = glm::length(t.target - at), pin.reachable = true;
     pin.missed = pin.residual > a.settings.tolerance * a.size;
   }
-  for (const PackedCable& cord : a.cables)
-    world.cables.values()[cord.cable].tension = to_force * cord.lambda;
+  for (PackedCable& cord : a.cables) {
+    Cable& cable = world.cables.values()[cord.cable];
+    cable.tension = to_force * cord.lambda;
+    cord.before = {cable.joint.length, cable.joint.rate};
+  }
 }
 
 }  // namespace

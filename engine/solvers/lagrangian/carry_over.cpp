@@ -75,8 +75,7 @@ void carry_on(const World& world, Island& was, Island& m) {
   for (std::size_t i = 0; i < m.blocks.size() && m.counted; ++i)
     if (m.blocks[i].kind == BlockKind::gear && !world.gears.values()[m.blocks[i].source].has_offset)
       m.blocks[i].bound = was.blocks[i].bound;
-  for (std::size_t i = 0; i < m.frames.size(); ++i)
-    m.frames[i].before = was.frames[i].before, m.frames[i].known = was.frames[i].known;
+  for (std::size_t i = 0; i < m.frames.size(); ++i) m.frames[i].begin(was.frames[i].start());
   for (std::size_t i = 0; i < m.joint_forces.size(); ++i)
     m.joint_forces[i].before = was.joint_forces[i].before;
   m.faults = was.faults, m.rank = was.rank, m.lost = was.lost, m.residual = was.residual;

@@ -338,8 +338,7 @@ void gather_contacts(World& world, Real h) {
   for (std::uint32_t i = 0; i < all.size(); ++i) {
     if (!r.touched[i]) continue;
     for (std::size_t k = 0; k < all[i].frames.size(); ++k) {
-      const FrameStart& start = all[i].scratch.frame_starts[k];
-      all[i].frames[k].before = start.before, all[i].frames[k].known = start.known;
+      all[i].frames[k].begin(all[i].scratch.frame_starts[k]);
     }
     take_up(world, r, i, h);
   }

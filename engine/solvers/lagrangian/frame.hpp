@@ -4,9 +4,17 @@
 
 #include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
+#include "engine/joints/rows.hpp"
 #include "engine/solvers/drive_lag.hpp"
 
 namespace pantin::detail::lagrangian {
+
+/// Where a frame is at the start of a step, if it is known.
+struct FrameStart {
+  Pose before;           // at the end of the last step
+  Real rate_before = 0;  // m/s, of the winch of a cable, likewise
+  bool known = false;
+};
 
 /// A reference frame that is not part of the island: the world, a fixed or kinematic body, a pin's
 /// target; the winch of a cable, whose x is the cable's length; or an exact drive, whose x is the
@@ -18,8 +26,17 @@ struct Frame {
   std::uint32_t drive = UINT32_MAX;  // in World::joint_drives
   DriveLag lag;                      // of a drive
   Pose before;                       // at the end of the last step
+  Real rate_before = 0;              // m/s, of a cable, likewise
   bool known = false;
 
+  FrameStart start() const { return {before, rate_before, known}; }
+  void begin(const FrameStart& at) {
+    before = at.before, rate_before = at.rate_before, known = at.known;
+  }
+  /// Takes over the state at the end of a step.
+  void note_end(const BodyState& at) {
+    begin({{at.position, at.rotation}, cable == UINT32_MAX ? 0 : at.velocity.x, true});
+  }
   bool is_body() const { return pin == UINT32_MAX && cable == UINT32_MAX && drive == UINT32_MAX; }
 
   static void fields(auto& self, auto&& field) {
@@ -29,6 +46,7 @@ struct Frame {
     field("drive", derived(self.drive));
     field("lag", derived(self.lag));
     field("before", self.before);
+    field("rate_before", self.rate_before);
     field("known", self.known);
   }
 };

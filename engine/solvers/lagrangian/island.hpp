@@ -194,12 +194,6 @@ struct Motions {
   std::vector<SurfaceCoordinates> touches;
 };
 
-/// Where a frame was at the start of the step: see Frame.
-struct FrameStart {
-  Pose before;
-  bool known = false;
-};
-
 /// Scratch memory of an implicit step of three stages (radau). A state or its rate has four vectors
 /// a body: displacement, rotation, velocity, angular velocity, relative to the start of the step.
 struct CollocationScratch {

@@ -47,8 +47,7 @@ void gather(const World& world, Island& m, Real h) {
 void note_entry(Island& m) {
   m.scratch.entry = m.scratch.state;
   PANTIN_ASSERT(m.scratch.frame_starts.size() == m.frames.size());
-  for (std::size_t i = 0; i < m.frames.size(); ++i)
-    m.scratch.frame_starts[i] = {m.frames[i].before, m.frames[i].known};
+  for (std::size_t i = 0; i < m.frames.size(); ++i) m.scratch.frame_starts[i] = m.frames[i].start();
 }
 
 /// One of the two links that a gear couples; `end` is the index of its bodies in Block::ends.
@@ -329,7 +328,7 @@ void step(World& world, Island& m, Real h) {
   for (std::size_t i = 0; i < m.frames.size(); ++i) {
     PANTIN_ASSERT(m.count() + i < m.scratch.body_states.size());
     const BodyState& at = m.scratch.body_states[m.count() + i];
-    m.frames[i].before = {at.position, at.rotation}, m.frames[i].known = true;
+    m.frames[i].note_end(at);
   }
   m.scratch.stepped = solid;
 }

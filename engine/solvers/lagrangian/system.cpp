@@ -55,8 +55,14 @@ FrameMotion motion_of(const World& world, const Frame& frame, Real part, Real h)
     return evenly(frame.known ? frame.before : to, to, part, h);
   }
   if (frame.cable != UINT32_MAX) {
-    const Pose to{{world.cables.values()[frame.cable].joint.length, 0, 0}, kIdentity};
-    return evenly(frame.known ? frame.before : to, to, part, h);
+    const CableParameters& cable = world.cables.values()[frame.cable].joint;
+    const CableReel to{cable.length, cable.rate};
+    const CableReel from =
+        frame.known ? CableReel{frame.before.position.x, frame.rate_before} : CableReel{to.length};
+    const ReeledLength x = reeled_at(from, frame.known ? to : from, part, h);
+    FrameMotion f;
+    f.pose.position.x = x.length, f.velocity.x = x.rate, f.acceleration.x = x.acceleration;
+    return f;
   }
   if (frame.drive != UINT32_MAX) {
     const CoordinateMotion x = drive_motion(world, frame, world.time + part * h);

@@ -75,6 +75,8 @@ inline Real progress_at(const EventRamp& ramp, Real time) {
 }
 /// The same fraction, eased so that the change starts and ends at rest.
 inline Real eased(Real progress) { return progress * progress * (3 - 2 * progress); }
+/// Its derivative by the progress.
+inline Real eased_slope(Real progress) { return 6 * progress * (1 - progress); }
 
 /// The progress of an event.
 struct EventProgress {

@@ -40,8 +40,11 @@ struct WinchEvent {
   }
   void change(const detail::EventStep& step, detail::EventProgress& progress,
               const detail::EventChange& made) const {
-    if (detail::Cable* c = step.world.cables.find(cable))
-      c->joint.length = std::lerp(progress.start.x, length, detail::eased(made.at_end));
+    detail::Cable* c = step.world.cables.find(cable);
+    if (!c) return;
+    c->joint.length = std::lerp(progress.start.x, length, detail::eased(made.at_end));
+    c->joint.rate =
+        over > 0 ? (length - progress.start.x) * detail::eased_slope(made.at_end) / over : 0;
   }
   std::optional<detail::EventFault> fault() const {
     constexpr detail::EventFault kFault{"length", "a number that is not above 0",

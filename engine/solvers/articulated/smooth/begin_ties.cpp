@@ -19,7 +19,7 @@ constexpr Real kLeast = 1e-30;
 void forget(ConservingTie& t) {
   t.open = t.was_taut = t.followed = t.strikes = false;
   t.a = t.cable = kNobody;
-  t.stiffness = t.damping = t.across = t.length = t.softness = t.response = 0;
+  t.stiffness = t.damping = t.across = t.length = t.rate = t.softness = t.response = 0;
   t.mu = Vec3(0);
 }
 
@@ -65,6 +65,16 @@ void begin_tie(const World& world, const Island& a, ConservingTie& t, const Plac
              (1 - begin) * gap;
   t.open = t.kind == TieKind::rigid && glm::length(t.before) > kClosedGap * a.size;
   t.still = t.still && !t.open;
+}
+
+/// Sets the length of a cable at the end of a substep.
+void reel(const CableParameters& cable, const CableReel& before, const StepPart& part,
+          ConservingTie& t) {
+  const CableReel now{cable.length, cable.rate};
+  const bool reeled = is_reeled(before, cable);
+  const CableReel at =
+      reeled && part.end < 1 ? CableReel(reeled_at(before, now, part.end, part.whole)) : now;
+  t.length = at.length, t.rate = reeled ? at.rate : 0;
 }
 
 /// Warm start: a cable that was taut at the end of the last step starts as taut.
@@ -124,7 +134,8 @@ void begin_ties(const World& world, Island& a, const StepPart& part) {
     const bool has_b = cable.column_b != kNobody;
     PANTIN_ASSERT(has_b || cable.column_a != kNobody);
     t.cable = static_cast<std::uint32_t>(&cable - a.cables.data());
-    t.kind = stretches ? TieKind::cable : TieKind::slack, t.length = s.length;
+    t.kind = stretches ? TieKind::cable : TieKind::slack;
+    reel(s, cable.before, part, t);
     if (stretches) t.stiffness = stiffness_of(s);
     t.b = has_b ? cable.column_b : cable.column_a;
     t.anchor_b = has_b ? s.anchor_b : s.anchor_a;

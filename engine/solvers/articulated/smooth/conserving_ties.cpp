@@ -209,7 +209,7 @@ TieRows elastic_rows(const ConservingTie& t) {
 /// Rows of velocities: along d at the end.
 TieRows taut_speeds(const ConservingTie& t) {
   const Vec3 n = glm::normalize(t.now);
-  return one_row(n, n, glm::dot(n, t.velocity), t.softness);
+  return one_row(n, n, glm::dot(n, t.velocity) + t.rate, t.softness);
 }
 TieRows rigid_speeds(const ConservingTie& t) {
   return {t.kind == TieKind::rigid ? 3 : 0, Mat3(1), t.velocity, Mat3(t.softness)};
@@ -239,8 +239,17 @@ bool correct(void* context) {
 
 /// m/s: rate at which a taut cable would stretch.
 Real rate_of(const Island& a, const ConservingTie& t) {
-  return glm::dot(change_of(a, t) - t.velocity, glm::normalize(t.now));
+  return glm::dot(change_of(a, t) - t.velocity, glm::normalize(t.now)) - t.rate;
 }
+
+/// Work on the bodies by what moves a tie's ends in the world, or reels a cable, while an impulse
+/// acts along it at the end.
+Real work_of(const ConservingTie& t, Vec3 mu) {
+  Real work = -glm::dot(mu, t.velocity);
+  if (t.rate != 0) work -= t.rate * glm::dot(mu, glm::normalize(t.now));
+  return work;
+}
+
 /// Impact of cables that reached their lengths at the end, and of limits that were hit. Finds the
 /// velocities of least kinetic energy at which no taut cable stretches and no limit is exceeded.
 /// Cables only pull, limits only push. The active set changes one at a time: the one with the most
@@ -272,7 +281,7 @@ bool strike(const TiedStep& s) {
     const auto take = [&](ConservingTie& t, Vec3 mu) {
       const Real push = t.strikes ? -glm::dot(mu, t.now) : 0;
       if (push > most) most = push, out = &t;
-      s.with.struck_work -= glm::dot(mu, t.velocity);
+      s.with.struck_work += work_of(t, mu);
     };
     s.with.struck_work = 0;
     if (!solve_ties(a, Arms::end, rows_of, take)) return false;
@@ -306,7 +315,7 @@ bool project_ties(const TiedStep& s) {
   for (ConservingTie& t : ties) t.softness = 0;
   // Half of the projection's impulses counts in the mean over the step.
   Real& work = s.with.place_work;
-  const auto take = [&](const ConservingTie& t, Vec3 mu) { work -= glm::dot(mu, t.velocity); };
+  const auto take = [&](const ConservingTie& t, Vec3 mu) { work += work_of(t, mu); };
   if (!solve_ties(s.a, Arms::end, rows_of, take)) return false;
   if (has_tie_rows(s.a.scratch)) add_joint_impulses(s.a, 0.5);
   const bool strikes = std::any_of(ties.begin(), ties.end(), [](auto& t) { return t.strikes; });

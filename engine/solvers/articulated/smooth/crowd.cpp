@@ -28,6 +28,10 @@ bool stretches(const World& world, const Island& a, std::size_t cable) {
   return world.cables.values()[a.cables[cable].cable].joint.compliance > 0;
 }
 
+bool is_reeled(const World& world, const PackedCable& c) {
+  return is_reeled(c.before, world.cables.values()[c.cable].joint);
+}
+
 /// Hash of an island's structure, which must be equal within a batch.
 std::uint64_t shape_of(const World& world, const Island& a) {
   std::uint64_t hash = 1469598103934665603ull;
@@ -295,11 +299,11 @@ void step_crowds(World& world, const StepTask& task) {
     Island& a = all.list[island];
     a.in_crowd = false;
     if (a.asleep || a.step == 0 || a.in_group || a.forced || !a.conserves || !a.finite) continue;
-    // A cable's compliance may have been changed.
+    // A cable's compliance may have been changed; lanes have no reels.
     const std::vector<LaneTies::Tie>& ties = crowd.shapes[shape].ties;
     bool fits = true;
     for (std::size_t n = 0; n < ties.size(); ++n)
-      fits = fits && ties[n].stretches == stretches(world, a, n);
+      fits = fits && ties[n].stretches == stretches(world, a, n) && !is_reeled(world, a.cables[n]);
     if (!fits) continue;
     a.in_crowd = true, forget_result(a);
     crowd.steps.push_back({&a, shape, {}});

@@ -40,7 +40,7 @@ struct ConservingTie : TiePlace {
   Vec3 before{0}, now{0};           // from a's point to b's, at the start and at the end
   Real stiffness = 0, damping = 0;  // N/m, N s/m
   Real across = 0;                  // of a cable: mu by the mean of d, kg/s
-  Real length = 0;                  // m
+  Real length = 0, rate = 0;        // m, m/s, of a cable: at the end
   Real softness = 0;                // s/kg, of a rigid tie or a taut cable
   Real response = 0;                // s/kg: change of d by an impulse
   Vec3 start_a{0}, start_b{0}, mean_a{0}, mean_b{0}, end_a{0}, end_b{0};  // arms
