@@ -4,6 +4,7 @@
 #include <limits>
 #include <pantin/measure.hpp>
 
+#include "engine/world/lamina.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin::program {
@@ -27,19 +28,47 @@ void add_vector(std::vector<Reading>& to, const std::string& prefix, const char*
 struct CoordinateColumn {
   const char *name, *unit;
   Real (*of)(const World&, Entity);
+  Real (*rate)(const World&, Entity) = nullptr;  // of an angle, if it can go round
 };
-constexpr CoordinateColumn kCoordinates[] = {{"angle", "rad", joint_angle},
+constexpr CoordinateColumn kCoordinates[] = {{"angle", "rad", joint_angle, joint_angular_speed},
                                              {"second_angle", "rad", joint_second_angle},
                                              {"angular_speed", "rad/s", joint_angular_speed},
                                              {"travel", "m", joint_travel},
                                              {"speed", "m/s", joint_speed}};
 
+/// An angle with whole turns counted from the first reading on, by its rate: rows may be many steps
+/// apart.
+class CountedAngle {
+ public:
+  CountedAngle(Entity joint, const CoordinateColumn& column)
+      : joint_(joint), read_(column.of), rate_(column.rate) {}
+  Real operator()(const World& w) {
+    constexpr Real kTurn = 2 * kPi;
+    const Real now = read_(w, joint_), rate = rate_ ? rate_(w, joint_) : 0;
+    const bool goes_on = w.time >= time_ && std::isfinite(last_);
+    const Real meant = goes_on ? last_ + 0.5 * (last_rate_ + rate) * (w.time - time_) : now;
+    last_ = now + kTurn * std::round((meant - now) / kTurn);
+    time_ = w.time, last_rate_ = rate;
+    return last_;
+  }
+
+ private:
+  Entity joint_;
+  Real (*read_)(const World&, Entity);
+  Real (*rate_)(const World&, Entity);
+  Real last_ = kNoNumber, last_rate_ = 0, time_ = 0;
+};
+
 void add_joint(std::vector<Reading>& to, const World& world, Entity joint) {
   const std::string name = world.name_of(joint);
   for (const CoordinateColumn& column : kCoordinates)
-    if (!std::isnan(column.of(world, joint)))  // the joint has it
-      to.push_back({name + '.' + column.name, column.unit,
-                    [joint, read = column.of](const World& w) { return read(w, joint); }});
+    if (!std::isnan(column.of(world, joint))) {  // the joint has it
+      std::function<Real(const World&)> read = [joint, of = column.of](const World& w) {
+        return of(w, joint);
+      };
+      if (column.rate) read = CountedAngle(joint, column);
+      to.push_back({name + '.' + column.name, column.unit, std::move(read)});
+    }
   const bool is_torque = !std::isnan(motor_force(world, joint, JointCoordinate::angle));
   if (!std::isnan(motor_force(world, joint)))
     to.push_back({name + ".motor", is_torque ? "N m" : "N",
@@ -82,6 +111,12 @@ void add_contacts(std::vector<Reading>& to, const std::string& name, Entity body
                 }});
 }
 
+/// Contact forces of laminas and their fingers are of another kind: see `pantin modes`.
+bool has_contact_readings(const World& world, Entity e) {
+  const Store<Lamina>* laminas = laminas_of(world);
+  return world.collisions.find(e) && (!laminas || laminas->size() == 0);
+}
+
 /// Joints, cables and pins.
 void add_connection(std::vector<Reading>& to, const World& world, Entity e) {
   const std::string name = world.name_of(e);
@@ -112,7 +147,7 @@ std::vector<Reading> readings_of(const World& world, const ContactEvents& events
   for (const Entity e : world.cables.owners()) add_connection(all, world, e);
   for (const Entity e : world.pins.owners()) add_connection(all, world, e);
   for (const Entity e : world.bodies.owners())
-    if (world.collisions.find(e)) add_contacts(all, world.name_of(e), e, {events, step});
+    if (has_contact_readings(world, e)) add_contacts(all, world.name_of(e), e, {events, step});
   return all;
 }
 
@@ -122,7 +157,7 @@ std::vector<Reading> readings_of(const World& world, Entity object, const Contac
   add_connection(all, world, object);
   if (!world.bodies.find(object)) return all;
   add_motion(all, world.name_of(object), object);
-  if (world.collisions.find(object))
+  if (has_contact_readings(world, object))
     add_contacts(all, world.name_of(object), object, {events, step});
   return all;
 }

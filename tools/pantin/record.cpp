@@ -70,11 +70,16 @@ std::string Record::choose(const std::vector<std::string>& patterns,
                            const std::vector<std::string>& names) {
   std::vector<bool> is_kept(names.size(), false);
   is_kept[0] = true;
+  bool any = false;
   for (const std::string& pattern : patterns) {
-    bool any = false;
+    bool fits = false;
     for (std::size_t i = 0; i < names.size(); ++i)
-      if (fnmatch(pattern.c_str(), names[i].c_str(), 0) == 0) is_kept[i] = any = true;
-    if (any) continue;
+      if (fnmatch(pattern.c_str(), names[i].c_str(), 0) == 0) is_kept[i] = fits = true;
+    any = any || fits;
+    // A scene need not have all that is asked for by a pattern.
+    const bool is_last = &pattern == &patterns.back();
+    const bool is_pattern = pattern.find_first_of("*?[") != std::string::npos;
+    if (fits || (is_pattern && (any || !is_last))) continue;
     const std::vector<std::string_view> known(names.begin(), names.end());
     return fmt::format("--columns: found \"{}\", expected columns of this scene, such as {}{}",
                        pattern, quoted_name(names[std::min<std::size_t>(1, names.size() - 1)]),

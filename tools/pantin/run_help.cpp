@@ -23,7 +23,7 @@ const char* const kRunFooter = R"(Examples:
 
 Columns of --record, by --columns also those marked *: time_s; BODY.x y z qx qy qz qw vx vy vz wx wy
 wz; BODY.contact_fx fy fz (N, sum of its contacts)* and .contacts (bodies touched; of a sensor:
-overlapped)*; JOINT.gap_m; JOINT.angle, .second_angle (rad), .travel (m), .angular_speed, .speed (per
+overlapped)*; JOINT.gap_m; JOINT.angle (rad, whole turns counted), .second_angle (rad), .travel (m), .angular_speed, .speed (per
 second)*; JOINT.motor (N m or N, of its motor or exact drive)*; JOINT.reaction_fx fy fz tx ty tz (N, N m about
 its anchor, on body b, without springs and motors)*; CABLE.tension (N)*; PIN.pin_fx fy fz (N)*; SENSOR,
 or SENSOR.x y z*; energies and momenta. An empty cell, in .npz NaN: no value. All in SI units, whatever
