@@ -236,8 +236,8 @@ std::vector<std::string> lines_beyond_auto(const World& world) {
     if (island == Owner::kNone || told[island] || !partition.islands[island].beyond) continue;
     told[island] = true;
     lines.push_back(world.name_of(world.bodies.owners()[slot]) +
-                    " (auto) is stepped by lagrangian: it has " +
-                    world.name_of(partition.islands[island].beyond));
+                    " (auto) is stepped by lagrangian, because of \"" +
+                    world.name_of(partition.islands[island].beyond) + "\"");
   }
   return lines;
 }

@@ -62,7 +62,8 @@ TEST_CASE("auto leaves what it does not know to lagrangian, to the bit, and tell
   CHECK(fastest > 0.1);
   const auto lines = lines_beyond_auto(one.world);
   REQUIRE(lines.size() == 1);
-  CHECK(lines[0] == "a (auto) is stepped by lagrangian: it has " + std::string(of.name));
+  CHECK(lines[0] ==
+        "a (auto) is stepped by lagrangian, because of \"" + std::string(of.name) + "\"");
   CHECK(lines_beyond_auto(two.world).empty());
   CHECK(check(one.world).empty());
 }

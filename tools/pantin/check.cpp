@@ -137,7 +137,7 @@ std::string step_through(const Scene& scene, Json& j) {
     if (report.status == Status::contact_lost)
       return fmt::format("contact lost at {:.6g} s: {}", report.time,
                          words_of_lost_contact(sim.world, report));
-    if (report.status == Status::inconsistent && report.body)
+    if (report.status == Status::inconsistent)
       return fmt::format("inconsistent at {:.6g} s: {}", report.time,
                          words_of_inconsistency(sim.world, report));
     if (report.status == Status::energy_grew)

@@ -141,11 +141,15 @@ std::string words_of_inconsistency(const World& world, const StepReport& report)
         "the surface joint {} holds its body {:.3g} m within {}: joint and contact contradict each "
         "other; move one of them, or let the two bodies not collide",
         name, report.worst_residual, world.name_of(report.body));
-  return fmt::format("{}, largest residual at {} ({:.3g})",
-                     world.cables.find(report.worst_residual_at)
-                         ? "a cable is longer than possible, or its end has reached a pulley"
-                         : "joints are inconsistent",
-                     name, report.worst_residual);
+  if (world.cables.find(report.worst_residual_at))
+    return fmt::format(
+        "the cable {} is longer than possible, or its end has reached a pulley: by "
+        "{:.3g} m",
+        name, report.worst_residual);
+  return fmt::format(
+      "joints are inconsistent, largest residual at {} ({:.3g}): they contradict one another, or a "
+      "drive a limit; `pantin assemble` names those of a pose",
+      name, report.worst_residual);
 }
 
 namespace {
