@@ -6,6 +6,7 @@
 #include "engine/geometry/skin_model.hpp"
 #include "engine/geometry/surface.hpp"
 #include "engine/joints/kinds.hpp"
+#include "engine/nurbs/closest.hpp"
 #include "engine/render/belts.hpp"
 #include "engine/render/bounds.hpp"
 #include "engine/render/eye.hpp"
@@ -170,6 +171,17 @@ void add_cranks(const World& world, std::vector<Ball>& to) {
   }
 }
 
+/// Adds what is drawn of curves in contact: their points in the plane.
+void add_curves(const World& world, const SurfaceContact& contact, std::vector<Ball>& to) {
+  for (const auto& [body, on] : {std::pair{contact.a, &contact.on_a}, {contact.b, &contact.on_b}}) {
+    const Body* b = world.bodies.find(body);
+    if (!b || !on->curve || !is_finite(b->pose)) continue;
+    const Pose at = compose(b->pose, on->pose);
+    for (const nurbs::Weighted& p : on->curve->curve().points)
+      to.push_back({to_world(at, p.point()), 0});
+  }
+}
+
 struct Ground {
   const Shape* shape;
   Pose pose;
@@ -218,6 +230,7 @@ std::vector<Ball> all_balls(const World& world) {
     if (own.empty() && grounds.size() == known) own.push_back({pose.position, 0});
     for (const Ball& ball : own) add_motion(ball, {groups.of(slot), pose.position, down}, balls);
   }
+  for (const SurfaceContact& c : world.surface_contacts.values()) add_curves(world, c, balls);
   add_cranks(world, balls);
   std::vector<SupportPart> supports;
   add_supports({world}, supports);
