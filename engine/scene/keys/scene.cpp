@@ -70,10 +70,8 @@ constexpr Key kScene[] = {
         "error", "", kUnit,
         "Error of the motion that is accepted, as a fraction of its size: \"auto\" then chooses "
         "the cheapest model for each group of bodies that cannot meet another: \"planar\" for "
-        "loops "
-        "in the xy plane, and from 0.01 on for free bodies that collide there. The step stays as "
-        "it is; `pantin tune` chooses it, too. 0: none is "
-        "given.")
+        "loops in the xy plane, and from 0.01 on for free bodies that collide there. The step "
+        "stays as it is; `pantin tune` chooses it, too. 0: none is given.")
         .or_else(0),
     number<&S::duration>("duration", "s", kDuration, "Duration of the scene.").or_else(5),
     number<&S::drift_bound>(

@@ -199,9 +199,10 @@ constexpr Key kModule =
 constexpr Key kPressureAngle =
     number("pressure_angle_deg", "degrees", kPressure, "Of the flanks at the pitch line.")
         .or_else(20);
-constexpr Key kBacklash =
-    number("backlash", "m", kNotNegative, "By which teeth are thinner, on the pitch line.")
-        .or_else(0);
+constexpr Key kBacklash = number("backlash", "m", kNotNegative,
+                                 "Play of two such profiles, on the pitch line: the teeth of each "
+                                 "are thinner by half of it.")
+                              .or_else(0);
 constexpr auto kGearCurve = curve_keys(
     8, whole("teeth", 5, 1000, "Number of teeth; one of them is along x.").needed("a number"),
     kModule, kPressureAngle, kBacklash);
