@@ -51,14 +51,13 @@ CoordinateMotion motion_behind(const JointDrive& drive, const DriveLag& lag, Rea
   return x;
 }
 
-Real beyond_limit(const JointDrive& drive, const DriveLag& lag, const Joint& joint,
-                  CoordinateMotion now, Real time) {
+Real beyond_limit(const JointDrive& drive, const DriveLag& lag, const DrivenJoint& of, Real time) {
   const bool travels = drive.motion.travels;
-  const AngleLimit& range = travels ? joint.parameters->travel : joint.limits->angle;
+  const AngleLimit& range = travels ? of.joint.parameters->travel : of.joint.limits->angle;
   if (!range.on) return 0;
   // Whole turns do not count in limits of angles.
   const Real middle = 0.5 * (range.low + range.high);
-  const Real turns = travels ? 0 : std::round((now.value - middle) / (2 * kPi)) * 2 * kPi;
+  const Real turns = travels ? 0 : std::round((of.now - middle) / (2 * kPi)) * 2 * kPi;
   const Real next = motion_behind(drive, lag, time).value - turns;
   return next - std::clamp(next, range.low, range.high);
 }

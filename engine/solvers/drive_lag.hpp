@@ -41,13 +41,18 @@ void set_pace(const JointDrive& drive, Real mobility, DriveLag& lag);
 /// The motion that a drive follows in a step.
 CoordinateMotion motion_behind(const JointDrive& drive, const DriveLag& lag, Real time);
 
-/// How far the motion at a time is beyond the limits of the joint whose coordinate is `now`, rad or
-/// m: below its least value negative, 0 within them.
-Real beyond_limit(const JointDrive& drive, const DriveLag& lag, const Joint& joint,
-                  CoordinateMotion now, Real time);
+/// The joint of a drive, and its coordinate now, rad or m.
+struct DrivenJoint {
+  const Joint& joint;
+  Real now = 0;
+};
+/// How far the motion at a time is beyond the limits of the joint, rad or m: below its least value
+/// negative, 0 within them.
+Real beyond_limit(const JointDrive& drive, const DriveLag& lag, const DrivenJoint& of, Real time);
 /// Lets a drive press on that limit in the step, by its maximum.
 void press(const JointDrive& drive, Real beyond, DriveLag& lag);
 
+enum class StepOutcome : bool { taken, failed };
 /// A step that was taken as if there were no maximum: its mean force along the coordinate, N m or
 /// N, and how far it remained from the motion, rad or m, as where a limit stops the joint.
 struct DriveNeed {
@@ -60,15 +65,16 @@ bool yield_to(const JointDrive& drive, const DriveNeed& need, DriveLag& lag);
 /// The same for several drives: `each` calls its argument with each drive, its need and its lag.
 /// A step without a result is first repeated with those yielding that are behind.
 template <class Each>
-bool yield_any(bool failed, Each&& each) {
+bool yield_any(StepOutcome outcome, Each&& each) {
   bool any = false;
-  const auto look = [&](bool at_all) {
+  if (outcome == StepOutcome::failed)
     each([&](const JointDrive& drive, const DriveNeed& need, DriveLag& lag) {
-      if (at_all || is_behind(drive, lag)) any = yield_to(drive, need, lag) || any;
+      if (is_behind(drive, lag)) any = yield_to(drive, need, lag) || any;
     });
-  };
-  if (failed) look(false);
-  if (!any) look(true);
+  if (any) return true;
+  each([&](const JointDrive& drive, const DriveNeed& need, DriveLag& lag) {
+    any = yield_to(drive, need, lag) || any;
+  });
   return any;
 }
 

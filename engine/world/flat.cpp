@@ -143,7 +143,8 @@ std::string flat_fault(const Joint& joint, const KinematicPath& path, Vec3 ancho
   return {};
 }
 
-std::string flat_drive_fault(const Joint& joint, bool travels, const Pose& a) {
+std::string flat_drive_fault(const Joint& joint, const DriveMotion& motion, const Pose& a) {
+  const bool travels = motion.travels;
   const FlatJoint moves = travels ? FlatJoint::slider : FlatJoint::hinge;
   if (flat_kind(joint, a) == moves) return {};
   return travels ? "is driven along its travel, which lies out of the xy plane"

@@ -8,6 +8,7 @@
 #include "engine/joints/joint.hpp"
 #include "engine/world/body.hpp"
 #include "engine/world/entity.hpp"
+#include "engine/world/joint_drive.hpp"
 #include "engine/world/kinematic_path.hpp"
 #include "engine/world/surface_contact.hpp"
 
@@ -44,7 +45,7 @@ std::string flat_fault(const Joint& joint, const KinematicPath& path, Vec3 ancho
 
 /// Why an exact drive cannot move its coordinate in the plane, the travel or the angle of a joint
 /// that has no fault itself, or empty.
-std::string flat_drive_fault(const Joint& joint, bool travels, const Pose& a);
+std::string flat_drive_fault(const Joint& joint, const DriveMotion& motion, const Pose& a);
 
 /// Why two curves in contact cannot be solved in the plane, or empty.
 std::string flat_fault(const SurfaceContact& contact, const Pose& a, const Pose& b);

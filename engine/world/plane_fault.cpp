@@ -68,7 +68,7 @@ std::string link_fault(const Flat& flat, std::uint32_t slot) {
   if (const JointDrive* drive = flat.world.joint_drives.find(flat.world.links.owners()[slot])) {
     if (!drive->exact)
       return "has a joint with a joint drive, which the planar solver does not support";
-    if (std::string why = flat_drive_fault(link.joint, drive->motion.travels, flat.pose_of(link.a));
+    if (std::string why = flat_drive_fault(link.joint, drive->motion, flat.pose_of(link.a));
         !why.empty())
       return "has a joint that " + why;
   }

@@ -246,12 +246,12 @@ class Tune(unittest.TestCase):
             self.assertEqual(own.get(first, written["solver"]["type"]), asked.split("/")[0])
 
     def test_groups_that_meet_are_one(self):
-        """The boxes of the scene above, each over the other; and a scene of one group."""
+        """Boxes, one above the other, are one group; far apart on the floor they are two."""
         boxes, floor = APART["bodies"][-3:-1], APART["bodies"][-1]
         one = {**APART, "bodies": [*boxes, floor], "joints": []}
         tuned = self.tune(self.scene(one), "--error", 0.1, "--within", 20, "--methods", "auto")
         self.assertEqual(tuned["groups"], [])
-        far = [{**b, "position": [3 * i, b["position"][1], 0]} for i, b in enumerate(boxes)]
+        far = [{**b, "position": [3 * i, 0.2, 0], "velocity": [1, 0, 0]} for i, b in enumerate(boxes)]
         tuned = self.tune(self.scene({**one, "bodies": [*far, floor]}), "--error", 0.1, "--within",
                           20, "--methods", "auto")
         self.assertEqual(sum(g["alike"] for g in tuned["groups"]), 2)

@@ -64,7 +64,7 @@ void check_planes(const BuiltScene& built, const std::vector<Solver>& solvers, V
       if (why.empty() && (p.body == j.a || p.body == j.b))
         why = flat_fault(j.joint, p.path, p.body == j.a ? j.joint.anchor_a : j.joint.anchor_b);
     if (why.empty() && j.drive && j.drive->exact)
-      why = flat_drive_fault(j.joint, j.drive->motion.travels, built.pose_of(j.a));
+      why = flat_drive_fault(j.joint, j.drive->motion, built.pose_of(j.a));
     if (!why.empty())
       messages.error(j.at, "",
                      "found joint \"" + j.name + "\", which " + why +

@@ -103,8 +103,8 @@ void begin_drives(const World& world, Island& m, Real h) {
     const CoordinateRow row = row_of_drive(world, m, b, m.memory[i].before[0]);
     if (any_behind) set_pace(drive, mobility_of(m, b, row), lag);
     lag.yields = false;
-    const Real beyond = beyond_limit(drive, lag, world.links.values()[b.source].joint,
-                                     {row.value, row.rate}, world.time + h);
+    const DrivenJoint of{world.links.values()[b.source].joint, row.value};
+    const Real beyond = beyond_limit(drive, lag, of, world.time + h);
     if (beyond != 0) press(drive, beyond, lag);
   }
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
@@ -113,7 +113,7 @@ void begin_drives(const World& world, Island& m, Real h) {
 
 bool yield_drives(const World& world, Island& m, Real h, StepOutcome outcome) {
   const bool failed = outcome == StepOutcome::failed;
-  return yield_any(failed, [&](auto&& look) {
+  return yield_any(outcome, [&](auto&& look) {
     for (const Block& b : m.blocks) {
       if (b.kind != BlockKind::drive) continue;
       const DriveNeed need{m.scratch.impulses[b.first_row] / h, -m.scratch.c[b.first_row], failed};

@@ -106,7 +106,6 @@ CoordinateMotion drive_motion(const World& world, const Frame& frame, Real time)
 void write_drive(const World& world, Island& m, std::size_t block);
 /// At the start of a step of `h`, at the state in scratch.state: how far each drive is behind.
 void begin_drives(const World& world, Island& m, Real h);
-enum class StepOutcome : std::uint8_t { taken, failed };
 /// After a step of `h`: lets drives yield that needed more than their maximum torque, or all others
 /// if the step failed. True if any did: the step has to be repeated.
 bool yield_drives(const World& world, Island& m, Real h, StepOutcome outcome);

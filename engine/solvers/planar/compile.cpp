@@ -120,15 +120,15 @@ void pick_drives(Builder& b) {
     const Entity owner = b.all.links[at].owner;
     const std::uint32_t slot = b.world.joint_drives.slot(owner);
     if (slot == kNoSlot || !b.world.joint_drives.values()[slot].exact) continue;
-    const bool travels = b.world.joint_drives.values()[slot].motion.travels;
+    const DriveMotion& motion = b.world.joint_drives.values()[slot].motion;
     const Link& link = b.world.links.values()[b.all.links[at].link];
-    std::string why = flat_drive_fault(link.joint, travels, b.world.bodies[link.a].pose);
+    std::string why = flat_drive_fault(link.joint, motion, b.world.bodies[link.a].pose);
     if (!why.empty()) {
       b.leave_out(owner, std::move(why));
       continue;
     }
     FlatDrive& made = b.all.drives.emplace_back();
-    made.owner = owner, made.drive = slot, made.link = at, made.travels = travels;
+    made.owner = owner, made.drive = slot, made.link = at, made.travels = motion.travels;
   }
 }
 

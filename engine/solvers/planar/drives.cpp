@@ -79,7 +79,7 @@ void begin_drives(const World& world, Planar& all, Real h) {
     const CoordinateMotion now = coordinate_of(world, all, d);
     const Real way = motion_behind(drive, d.lag, world.time + h).value - now.value;
     const Joint& joint = world.links.values()[all.links[d.link].link].joint;
-    d.beyond = beyond_limit(drive, d.lag, joint, now, world.time + h);
+    d.beyond = beyond_limit(drive, d.lag, {joint, now.value}, world.time + h);
     if (d.beyond != 0 && has_most(drive)) press(drive, d.beyond, d.lag);
     j.drive = {.on = true, .rate = d.sign * way / h, .most = drive.max_torque};
   }

@@ -5,7 +5,7 @@
 namespace pantin {
 
 /// Sets the stiffness, the damping and the torque limit of a joint drive, or the motion of an exact
-/// one.
+/// one. NaN: as before. A motion alone leaves the torque limit, too.
 struct DriveEvent {
   Entity joint = {};
   std::optional<DriveMotion> motion = {};  // of an exact drive; its time counts from the event
