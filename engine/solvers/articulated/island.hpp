@@ -246,7 +246,10 @@ struct PackedCable {
   std::uint32_t slot_a = 0, slot_b = 0;
   Real lambda = 0;      // of the last step, kg m
   Vec3 held_before{0};  // world: the kinematic end when the island was last stepped, if it is owed
-  CableReel before{-1, 0};  // when the island was last stepped; a length below 0: never
+  Real length_before = -1;  // m, when the island was last stepped; below 0: never
+  Real rate_before = 0;     // m/s, likewise
+
+  CableReel before() const { return {length_before, rate_before}; }
 
   static void fields(auto& self, auto&& field) {
     field("cable", derived(self.cable));
@@ -256,8 +259,8 @@ struct PackedCable {
     field("slot_b", derived(self.slot_b));
     field("lambda", self.lambda);
     field("held_before", self.held_before);
-    field("length_before", self.before.length);
-    field("rate_before", self.before.rate);
+    field("length_before", self.length_before);
+    field("rate_before", self.rate_before);
   }
 };
 

@@ -57,7 +57,7 @@ void report_pins_and_cables(World& world, Island& a, Real h) {
   for (PackedCable& cord : a.cables) {
     Cable& cable = world.cables.values()[cord.cable];
     cable.tension = to_force * cord.lambda;
-    cord.before = {cable.joint.length, cable.joint.rate};
+    cord.length_before = cable.joint.length, cord.rate_before = cable.joint.rate;
   }
 }
 

@@ -341,7 +341,7 @@ void finish(World& world, std::uint32_t island) {
   Island& m = islands_of(world)[island];
   for (std::size_t i = 0; i < m.frames.size(); ++i) {
     const BodyState& at = m.scratch.body_states[m.count() + i];
-    m.frames[i].note_end(at);
+    note_end(world, m.frames[i], at);
   }
   if (!all_within_bounds(m)) {
     m.lost = m.bodies.front(), m.fresh = true;

@@ -4,7 +4,6 @@
 
 #include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
-#include "engine/joints/rows.hpp"
 #include "engine/solvers/drive_lag.hpp"
 
 namespace pantin::detail::lagrangian {
@@ -32,10 +31,6 @@ struct Frame {
   FrameStart start() const { return {before, rate_before, known}; }
   void begin(const FrameStart& at) {
     before = at.before, rate_before = at.rate_before, known = at.known;
-  }
-  /// Takes over the state at the end of a step.
-  void note_end(const BodyState& at) {
-    begin({{at.position, at.rotation}, cable == UINT32_MAX ? 0 : at.velocity.x, true});
   }
   bool is_body() const { return pin == UINT32_MAX && cable == UINT32_MAX && drive == UINT32_MAX; }
 

@@ -100,6 +100,8 @@ void add_joint_torques(const World& world, Island& m);
 inline const DriveLag& lag_of(const Island& m, const Block& drive) {
   return m.frames[drive.body[2] - m.count()].lag;
 }
+/// A frame takes over its state at the end of a step.
+void note_end(const World& world, Frame& frame, const BodyState& at);
 /// The coordinate that a drive's frame requires at `time`.
 CoordinateMotion drive_motion(const World& world, const Frame& frame, Real time);
 /// Writes the row of a drive.

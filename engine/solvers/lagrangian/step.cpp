@@ -328,7 +328,7 @@ void step(World& world, Island& m, Real h) {
   for (std::size_t i = 0; i < m.frames.size(); ++i) {
     PANTIN_ASSERT(m.count() + i < m.scratch.body_states.size());
     const BodyState& at = m.scratch.body_states[m.count() + i];
-    m.frames[i].note_end(at);
+    note_end(world, m.frames[i], at);
   }
   m.scratch.stepped = solid;
 }

@@ -4,6 +4,7 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
+#include "engine/joints/reel.hpp"
 #include "engine/solvers/lagrangian/internal.hpp"
 
 namespace pantin::detail::lagrangian {
@@ -56,10 +57,8 @@ FrameMotion motion_of(const World& world, const Frame& frame, Real part, Real h)
   }
   if (frame.cable != UINT32_MAX) {
     const CableParameters& cable = world.cables.values()[frame.cable].joint;
-    const CableReel to{cable.length, cable.rate};
-    const CableReel from =
-        frame.known ? CableReel{frame.before.position.x, frame.rate_before} : CableReel{to.length};
-    const ReeledLength x = reeled_at(from, frame.known ? to : from, part, h);
+    const CableReel before{frame.known ? frame.before.position.x : -1, frame.rate_before};
+    const ReeledLength x = reeled_in_step(before, cable, part, h);
     FrameMotion f;
     f.pose.position.x = x.length, f.velocity.x = x.rate, f.acceleration.x = x.acceleration;
     return f;
@@ -273,6 +272,12 @@ void update_frames(const World& world, Island& m, Real part, Real h) {
     place_body(m.scratch.body_states[n], f.pose, f.velocity, f.angular_velocity);
     m.scratch.motion[2 * n] = f.acceleration, m.scratch.motion[2 * n + 1] = f.angular_acceleration;
   }
+}
+
+void note_end(const World& world, Frame& frame, const BodyState& at) {
+  const bool reels = frame.cable != UINT32_MAX;
+  const Real rate = reels ? world.cables.values()[frame.cable].joint.rate : 0;
+  frame.begin({{at.position, at.rotation}, rate, true});
 }
 
 bool frames_rest(const World& world, const Island& m, const Span& span) {

@@ -1,4 +1,5 @@
 // Ties of a substep by the energy-momentum method: their start, and their multipliers at the end.
+#include "engine/joints/reel.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
@@ -67,14 +68,12 @@ void begin_tie(const World& world, const Island& a, ConservingTie& t, const Plac
   t.still = t.still && !t.open;
 }
 
-/// Sets the length of a cable at the end of a substep.
+/// Sets the length of a cable at the end of a substep, and its rate.
 void reel(const CableParameters& cable, const CableReel& before, const StepPart& part,
           ConservingTie& t) {
-  const CableReel now{cable.length, cable.rate};
-  const bool reeled = is_reeled(before, cable);
-  const CableReel at =
-      reeled && part.end < 1 ? CableReel(reeled_at(before, now, part.end, part.whole)) : now;
-  t.length = at.length, t.rate = reeled ? at.rate : 0;
+  const ReeledLength at = reeled_in_step(before, cable, part.end, part.whole);
+  t.length = part.end == 1 ? cable.length : at.length;
+  t.rate = at.rate;
 }
 
 /// Warm start: a cable that was taut at the end of the last step starts as taut.
@@ -135,7 +134,7 @@ void begin_ties(const World& world, Island& a, const StepPart& part) {
     PANTIN_ASSERT(has_b || cable.column_a != kNobody);
     t.cable = static_cast<std::uint32_t>(&cable - a.cables.data());
     t.kind = stretches ? TieKind::cable : TieKind::slack;
-    reel(s, cable.before, part, t);
+    reel(s, cable.before(), part, t);
     if (stretches) t.stiffness = stiffness_of(s);
     t.b = has_b ? cable.column_b : cable.column_a;
     t.anchor_b = has_b ? s.anchor_b : s.anchor_a;

@@ -29,7 +29,7 @@ bool stretches(const World& world, const Island& a, std::size_t cable) {
 }
 
 bool is_reeled(const World& world, const PackedCable& c) {
-  return is_reeled(c.before, world.cables.values()[c.cable].joint);
+  return is_reeled(c.before(), world.cables.values()[c.cable].joint);
 }
 
 /// Hash of an island's structure, which must be equal within a batch.
