@@ -59,7 +59,8 @@ struct Heights {
 /// Bodies that no other group's bodies can meet, and what they consist of.
 struct Group {
   std::vector<std::uint32_t> slots;
-  bool has_tree = false;     // of joints, and no loop
+  bool has_tree = false;     // of two bodies or more, and no loop
+  bool is_hung = false;      // a body on a joint of its own
   bool has_loop = false;     // or what "auto" leaves to "lagrangian"
   bool has_solid = false;    // a body that collides
   bool has_bounces = false;  // restitution, its own or of bodies that it may hit
@@ -77,7 +78,7 @@ struct Group {
     return !has_tree && contacts_fit && (has_loop || has_solid);
   }
   /// Whether both solvers do the same.
-  bool is_free() const { return !has_tree && !has_loop && !has_solid; }
+  bool is_free() const { return !has_tree && !is_hung && !has_loop && !has_solid; }
 };
 
 /// Why an event cannot be had in the plane, as a clause, or empty.
@@ -231,7 +232,8 @@ void Chooser::note_islands(const std::vector<bool>& closers, const std::vector<b
     };
     const bool loops = bool(islands_[i].beyond) || any(closers);
     group.has_loop = group.has_loop || loops;
-    group.has_tree = group.has_tree || (!loops && (slots.size() > 1 || any(has_joint)));
+    group.has_tree = group.has_tree || (!loops && slots.size() > 1);
+    group.is_hung = group.is_hung || (!loops && any(has_joint));
     if (group.leaves_plane.empty()) group.leaves_plane = faults[i];
   }
 }
@@ -290,7 +292,8 @@ void Chooser::decide(Group& g) const {
     g.why = g.has_bounces ? "it bounces, which \"planar\" does less accurately"
                           : "it collides, and \"planar\" is accurate to 0.01 only";
   else
-    g.why = "free bodies, which cost the same in any solver";
+    g.why = g.is_hung ? "bodies on a joint of their own, which cost less than in \"planar\""
+                      : "free bodies, which cost the same in any solver";
 }
 
 std::vector<ModelChoice> Chooser::choose() {
