@@ -370,7 +370,7 @@ bool Rattle::take_step() {
 
 bool Rattle::run() {
   bool good = take_step();
-  while (yield_drives(good)) good = take_step();
+  while (yield_drives(good ? StepOutcome::taken : StepOutcome::failed)) good = take_step();
   return good;
 }
 

@@ -75,7 +75,7 @@ class Rattle {
   void prepare(DampedFactor& factor, std::span<const Row> rows) const;
   void solve_rates(const Factor& factor, std::span<const Row> rows, std::vector<Real>& impulses);
   bool overloads();
-  bool yield_drives(bool taken);
+  bool yield_drives(StepOutcome outcome);
 
   // Places of curves.
   void note_starts();

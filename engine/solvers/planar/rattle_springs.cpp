@@ -221,11 +221,12 @@ bool Rattle::switch_limits(int looks) {
 }
 
 /// Lets drives yield whose force would exceed their maximum. Whether any does from now on.
-bool Rattle::yield_drives(bool taken) {
-  return yield_any(taken ? StepOutcome::taken : StepOutcome::failed, [&](auto&& look) {
+bool Rattle::yield_drives(StepOutcome outcome) {
+  return yield_any(outcome, [&](auto&& look) {
     for (const std::uint32_t at : of_.drives) {
       FlatDrive& d = all_.drives[at];
-      look(world_.joint_drives.values()[d.drive], DriveNeed{d.impulse / whole_, 0, !taken}, d.lag);
+      const DriveNeed need{d.impulse / whole_, 0, outcome == StepOutcome::failed};
+      look(world_.joint_drives.values()[d.drive], need, d.lag);
     }
   });
 }
