@@ -20,7 +20,7 @@ constexpr Real kMostUnits = 1.2, kMostTurn = 1.0;
 // offset inwards or outwards so that the given surfaces meet.
 constexpr float kInset = 1.5f * b2_linearSlop, kDiscOutset = 0.5f * b2_linearSlop;
 constexpr float kTiniest = 1e-20f, kFar = 1e3f;  // kFar: units
-constexpr Real kHuge = 1e30;                     // a drive without a maximum
+constexpr Real kHuge = 1e30;                     // of a drive: more is no number of Box2D
 constexpr Real kCapped = 1 - 1e-3;               // of the maximum: single precision
 
 /// Lengths in units, positions from a local origin.
@@ -257,15 +257,16 @@ b2Joint* add_torsion(Stepper& s, const PlaneJoint& j) {
   return s.world.CreateJoint(&d);
 }
 
-float at_most_huge(Real force) { return static_cast<float>(std::min(force, kHuge)); }
+/// Of a drive: what single precision holds.
+float within_huge(Real x) { return static_cast<float>(std::clamp(x, -kHuge, kHuge)); }
 
 void add_hinge(Stepper& s, const PlaneJoint& j) {
   auto d = between<b2RevoluteJointDef>(s, j);
   d.enableLimit = j.limited;
   d.lowerAngle = static_cast<float>(j.low), d.upperAngle = static_cast<float>(j.high);
-  d.enableMotor = j.drive.on, d.motorSpeed = static_cast<float>(j.drive.rate);
+  d.enableMotor = j.drive.on, d.motorSpeed = within_huge(j.drive.rate);
   const Real per_metre = s.scale.per_metre;
-  d.maxMotorTorque = at_most_huge(j.drive.most * per_metre * per_metre);
+  d.maxMotorTorque = within_huge(j.drive.most * per_metre * per_metre);
   s.holds.back() = s.world.CreateJoint(&d);
   s.springs.back() = add_torsion(s, j);
 }
@@ -282,8 +283,8 @@ void add_slider(Stepper& s, const PlaneJoint& j) {
   d.referenceAngle = static_cast<float>(-j.angle_error);
   d.enableLimit = j.limited;
   d.lowerTranslation = s.scale.length(j.low), d.upperTranslation = s.scale.length(j.high);
-  d.enableMotor = j.drive.on, d.motorSpeed = s.scale.length(j.drive.rate);
-  d.maxMotorForce = at_most_huge(j.drive.most * s.scale.per_metre);
+  d.enableMotor = j.drive.on, d.motorSpeed = within_huge(j.drive.rate * s.scale.per_metre);
+  d.maxMotorForce = within_huge(j.drive.most * s.scale.per_metre);
   s.holds.back() = s.world.CreateJoint(&d);
   const PlaneSpring& spring = j.along;
   if (spring.stiffness > 0 || spring.damping > 0) {
