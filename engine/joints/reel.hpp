@@ -4,6 +4,28 @@
 
 namespace pantin::detail {
 
+/// A length that changes in time, m, with its rate, m/s.
+struct CableReel {
+  Real length = 0, rate = 0;
+};
+/// Whether the length of a cable changes from what it was before; an unknown one is below 0.
+inline bool is_reeled(const CableReel& before, const CableParameters& now) {
+  return before.length >= 0 && (before.length != now.length || before.rate != 0 || now.rate != 0);
+}
+/// The length at a fraction of a step of h seconds between two known ones: Hermite's cubic. With
+/// its acceleration, m/s^2.
+struct ReeledLength : CableReel {
+  Real acceleration = 0;
+};
+inline ReeledLength reeled_at(const CableReel& from, const CableReel& to, Real part, Real h) {
+  const Real x = part, way = to.length - from.length;
+  const Real square = 3 * way - h * (2 * from.rate + to.rate),
+             cube = h * (from.rate + to.rate) - 2 * way;
+  return {{from.length + x * (h * from.rate + x * (square + x * cube)),
+           from.rate + x * (2 * square + 3 * x * cube) / h},
+          (2 * square + 6 * x * cube) / (h * h)};
+}
+
 /// The length at a fraction of a step of h seconds: by the rates of a winch or, where the length is
 /// changed without one, evenly. `before` is unknown below 0.
 inline ReeledLength reeled_in_step(const CableReel& before, const CableParameters& now, Real part,

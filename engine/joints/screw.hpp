@@ -14,7 +14,7 @@ struct screw : SlidesAlongX, TurnsAboutX {
       {Coordinate::angle, "angle", kActuated | kGeared}, {Coordinate::travel, "travel", kGeared}};
   static constexpr Parameter parameters[] = {
       {.key = "pitch",
-       .needed = "the travel per rad of rotation",
+       .needed = "the travel per rad of rotation, in m/rad",
        .never_zero = "a screw without pitch is a hinge",
        .value = [](JointParameters& own) -> Real& { return own.pitch; }}};
 

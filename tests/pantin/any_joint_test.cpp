@@ -170,7 +170,7 @@ TEST_CASE("What a kind does not have is refused with the kinds that do") {
         "prismatic, screw, planar, distance, spring, skate or wheel");
   CHECK(complaint({.kind = "custom"}).find("kind: found 'custom'") != std::string::npos);
   CHECK(complaint({.kind = "screw", .name = "bolt"}) ==
-        "AnyJoint 'bolt': pitch: found none, expected the travel per rad of rotation");
+        "AnyJoint 'bolt': pitch: found none, expected the travel per rad of rotation, in m/rad");
   CHECK(complaint({.kind = "skate", .parameters = {{"grip", 1}, {"friction_coefficient", 0.5}}})
             .find("has both a grip and a coefficient of friction") != std::string::npos);
   CHECK(complaint({.kind = "hinge", .parameters = {{"pitch", 1}}}) ==

@@ -123,8 +123,7 @@ class Tune(unittest.TestCase):
                 cheapest = sorted(good, key=lambda run: run["cost_low_ns"])[:3]
                 own, *others = self.costs(scene, [(run["method"], run["step_s"], run["tolerance"])
                                                   for run in (choice, *cheapest)])
-                # tools/tuned measures the ratio on a quiet machine; other tests run beside this one.
-                self.assertLessEqual(own, 2 * min(others))
+                self.assertLessEqual(own, 1.3 * min(others))
 
     def test_a_shorter_step_that_is_cheaper_is_found(self):
         # The bricks come to rest later at steps of 33 ms, which meet the error, than at 17 ms.

@@ -47,8 +47,9 @@ TEST_CASE("Kinds that a file cannot tell, or that lack their measure, are refuse
   CHECK(at_point(R"("kind": "custom")") ==
         Lines{"t.json:5:30: /joints/0/kind: found \"custom\", expected a kind that a file can "
               "define: a custom joint is defined in C++, by JointParameters::custom"});
-  CHECK(at_point(R"("kind": "screw")") == Lines{"t.json:4:46: /joints/0: found no \"pitch\", "
-                                                "expected the travel per rad of rotation"});
+  CHECK(at_point(R"("kind": "screw")") ==
+        Lines{"t.json:4:46: /joints/0: found no \"pitch\", "
+              "expected the travel per rad of rotation, in m/rad"});
   CHECK(at_point(R"("kind": "screw", "pitch": 0)") ==
         Lines{"t.json:5:48: /joints/0/pitch: found 0, expected a number other than 0: a screw "
               "without pitch is a hinge"});

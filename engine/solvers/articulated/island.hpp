@@ -12,6 +12,7 @@
 #include "engine/base/invariants.hpp"
 #include "engine/base/math.hpp"
 #include "engine/joints/joint.hpp"
+#include "engine/joints/reel.hpp"
 #include "engine/joints/stops.hpp"
 #include "engine/solvers/articulated/impulses/group_scratch.hpp"
 #include "engine/solvers/articulated/lane_layout.hpp"
