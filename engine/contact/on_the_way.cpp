@@ -24,7 +24,11 @@ constexpr Real kGrazes = 5e-4, kRests = 1e-6;
 constexpr Real kSoon = 1.2, kAhead = 1.37;
 /// Cosine between two normals, below which they belong to different features.
 constexpr Real kOther = 0.9;
+/// Of two skins, fractions of the smaller one: displacement between two looks; overlap that counts.
+constexpr Real kLook = 0.1, kLeft = 1e-3;
+constexpr int kMostLooks = 15;
 
+bool is_skin(const Shape& s) { return s.kind == ShapeKind::nurbs; }
 bool is_convex(const Shape& s) { return traits_of(s.kind).shape_class == ShapeClass::convex; }
 
 /// A shape that moves through the step with its body's velocity and angular velocity.
@@ -61,6 +65,9 @@ class Moving {
     return to_world(from_, to_local(body_after(t), point - round)) + round;
   }
   const Shape& shape() const { return *at_.shape; }
+  Vec3 velocity() const { return velocity_; }
+  /// rad/s
+  Real turning() const { return glm::length(spin_); }
 
  private:
   const ColliderShape& at_;
@@ -84,6 +91,10 @@ struct MovingPair {
   /// Closing speed at a point, m/s.
   Real closing(const ContactPoint& p, Real t) const {
     return -glm::dot(p.normal, a.speed_at(p.on_a, t) - b.speed_at(p.on_b, t));
+  }
+  /// Bound on the relative speed of their points, m/s, given their extents.
+  Real fastest(Real extent_a, Real extent_b) const {
+    return glm::length(a.velocity() - b.velocity()) + extent_a * a.turning() + extent_b * b.turning();
   }
   void find_at(Real time) {
     search.points.clear();
@@ -130,14 +141,34 @@ bool slides_past(const SweptSearch& s, MovingPair m) {
   return false;
 }
 
+/// Skins have a point at each place where they are closest. Of two that have none at the start of
+/// the step, finds those of the first pose on the way at which they would overlap.
+void look_ahead(const SweptSearch& s, const MovingPair& m, Real way) {
+  const int looks = static_cast<int>(std::min(way / (kLook * m.size), Real(kMostLooks)));
+  Search& search = m.search;
+  for (int look = 1; look <= looks && search.points.empty(); ++look) {
+    MovingPair then = m;
+    then.find_at(s.h * look / looks);
+    std::erase_if(search.points, [&](const ContactPoint& p) { return p.gap > -kLeft * m.size; });
+    then.take_back(s.h * look / looks, 0);
+    // Without the far side of what it would have to pass through.
+    std::erase_if(search.points, [&](const ContactPoint& p) { return p.gap < -kLeft * m.size; });
+  }
+}
+
 }  // namespace
 
 void advance_to_impact(const SweptSearch& s, Search& search, const ColliderShape& on_a,
                        const ColliderShape& on_b) {
   std::vector<ContactPoint>& points = search.points;
-  if (!(s.h > 0) || points.empty() || !is_convex(*on_a.shape) || !is_convex(*on_b.shape)) return;
+  if (!(s.h > 0)) return;
   PANTIN_ASSERT(on_a.slot != on_b.slot);
   const Real size = std::min(on_a.extent, on_b.extent);
+  if (points.empty() && (is_skin(*on_a.shape) || is_skin(*on_b.shape))) {
+    const MovingPair m{Moving(s, on_a), Moving(s, on_b), size, 0, search};
+    look_ahead(s, m, s.h * m.fastest(on_a.extent, on_b.extent));
+  }
+  if (points.empty() || !is_convex(*on_a.shape) || !is_convex(*on_b.shape)) return;
   const Real reach = s.reach_between(search, on_a.slot, on_b.slot, s.reach_of(on_a.slot));
   const Real margin = reach + kTouching * size;
   if (!(margin < kFarthest)) return;

@@ -113,6 +113,19 @@ struct SkinScratch {
 /// Contact points of two skins, in b's frame, where a has the pose `a_in_b`.
 void collide_skins(const SkinPair& pair, SkinScratch& scratch, const PointsOut& out);
 
+/// Whether a contact point of two skins is on round faces of both, by its feature: it moves over
+/// them while the skins do.
+bool is_of_rounds(std::uint64_t feature);
+
+/// Two points of skins on a common normal, in b's frame.
+struct SkinTouch {
+  nurbs::Place on_a, on_b;
+  Vec3 at_a{0}, at_b{0}, normal{0};  // m, m, of b
+};
+/// The two points near places where the skins were closest; none where an edge takes over.
+std::optional<SkinTouch> follow_touch(const SkinPair& pair, const nurbs::Place& on_a,
+                                      const nurbs::Place& on_b);
+
 /// Contact points of a skin in its own frame with any shape at `other.at` in that frame: on_a and
 /// the normal are the other's, as if the skin were b.
 void collide_skin(const Surface& surface, const PlacedShape& other, SkinScratch& scratch,

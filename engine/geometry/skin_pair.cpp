@@ -17,8 +17,9 @@ constexpr std::size_t kMostPoints = 16, kMostStarts = 12;
 constexpr int kMostSteps = 8;
 constexpr Real kApart = 0.15;    // of the smaller size: least distance between starts
 constexpr Real kNear = 0.06;     // of the seeds' skin: largest distance of a seed beside a contact
-constexpr Real kDeepest = 0.1;   // of the smaller size: deeper points are on the far side
-constexpr Real kShallow = 1e-3;  // likewise: deeper points are tested for being inside
+// Of the smaller size: deeper points are on the far side; have to be of two closed skins and inside
+// each other; have to be inside b.
+constexpr Real kDeepest = 0.25, kDeep = 0.1, kShallow = 1e-3;
 constexpr Real kFacing = -0.7;   // cosine between normals at a start
 constexpr Real kAlong = 0.05;    // rad, tolerance of opposed normals at a contact
 constexpr Real kFits = 0.02;     // of 1 / size: smaller differences of curvatures count as zero
@@ -50,6 +51,8 @@ struct Standing {
     l.normal = length > 0 ? n / length : Vec3(0);
     return l;
   }
+  /// A point in the skin's own frame.
+  Vec3 own(Vec3 p) const { return glm::transpose(rotation) * (p - origin); }
   /// The parameters after a displacement `way` along the face, or on the next face beyond its edge.
   nurbs::Place moved(const Local& from, Vec3 way) const {
     const nurbs::Jet& j = from.jet;
@@ -99,23 +102,54 @@ Height height_of(const Local& l, const Frame& f) {
           a * yu * yu + 2 * b * yu * yv + c * yv * yv};
 }
 
-/// Newton step to the minimum of a quadratic function: along directions of positive curvature, and
-/// zero along those of no curvature. None where a curvature is negative.
-std::optional<std::array<Real, 2>> least_of(const Height& h, Real least_bend) {
-  const Real mean = (h.xx + h.yy) / 2, half = (h.xx - h.yy) / 2;
-  const Real apart = std::hypot(half, h.xy);
-  const Real angle = apart > 0 ? std::atan2(h.xy, half) / 2 : 0;
-  std::array<Real, 2> step{0, 0};
-  for (const int k : {0, 1}) {
-    const Real bend = k == 0 ? mean + apart : mean - apart;
-    if (bend < -least_bend) return std::nullopt;
-    if (bend < least_bend) continue;
-    const Real c = std::cos(angle + k * kPi / 2), s = std::sin(angle + k * kPi / 2);
-    const Real t = -(h.x * c + h.y * s) / bend;
-    step[0] += t * c, step[1] += t * s;
+/// Displacements in the plane of two points, m.
+struct Moves {
+  std::array<Real, 2> a, b;
+};
+
+/// Newton step of two points of faces to their common normal, given the heights over the plane
+/// through b's point and a's point at (x, y, gap) there: along the directions in which the gap is
+/// curved, and none along those in which the faces fit. None where the gap has a maximum.
+struct Step {
+  Height of_a, of_b;
+  Real x, y, gap, least_bend;
+
+  std::optional<Moves> moves() const {
+    // Gradient and second derivatives of the gap above b's point, by a's height extended to there.
+    const Height h{of_a.x - of_a.xx * x - of_a.xy * y, of_a.y - of_a.xy * x - of_a.yy * y,
+                   of_a.xx - of_b.xx, of_a.xy - of_b.xy, of_a.yy - of_b.yy};
+    const Real mean = (h.xx + h.yy) / 2, apart = std::hypot((h.xx - h.yy) / 2, h.xy);
+    if (mean - apart < -least_bend) return std::nullopt;
+    return mean - apart < least_bend ? along_curved(h, mean, apart) : to_normal(h);
   }
-  return step;
-}
+
+ private:
+  /// Both points over the same place.
+  Moves along_curved(const Height& h, Real mean, Real apart) const {
+    const Real angle = apart > 0 ? std::atan2(h.xy, (h.xx - h.yy) / 2) / 2 : 0;
+    Real to[2] = {0, 0};
+    if (const Real bend = mean + apart; bend >= least_bend) {
+      const Real c = std::cos(angle), s = std::sin(angle), t = -(h.x * c + h.y * s) / bend;
+      to[0] = t * c, to[1] = t * s;
+    }
+    return {{to[0] - x, to[1] - y}, {to[0], to[1]}};
+  }
+  /// The line between the points is normal to both faces: with the heights' second derivatives A
+  /// and B and the point q over which b is then, a is over q - gap B q.
+  Moves to_normal(const Height& h) const {
+    const Height &a = of_a, &b = of_b;
+    const Real xx = h.xx - gap * (a.xx * b.xx + a.xy * b.xy),
+               xy = h.xy - gap * (a.xx * b.xy + a.xy * b.yy),
+               yx = h.xy - gap * (a.xy * b.xx + a.yy * b.xy),
+               yy = h.yy - gap * (a.xy * b.xy + a.yy * b.yy);
+    const Real determinant = xx * yy - xy * yx;
+    const Real to_x = (xy * h.y - yy * h.x) / determinant,
+               to_y = (yx * h.x - xx * h.y) / determinant;
+    return {{to_x - gap * (b.xx * to_x + b.xy * to_y) - x,
+             to_y - gap * (b.xy * to_x + b.yy * to_y) - y},
+            {to_x, to_y}};
+  }
+};
 
 Frame frame_about(Vec3 n) {
   const Vec3 side = std::abs(n.x) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
@@ -142,22 +176,18 @@ std::optional<Met> meet(const Meeting& m, const nurbs::Place& on_a, const nurbs:
     const Frame f = frame_about(b.normal);
     const Vec3 apart = a.jet.s - b.jet.s;
     const Real x = glm::dot(apart, f.x), y = glm::dot(apart, f.y);
-    const Height of_a = height_of(a, f), of_b = height_of(b, f);
-    // The gap above b's point, with a's quadratic approximation extended to there.
-    const Height gap{of_a.x - of_a.xx * x - of_a.xy * y, of_a.y - of_a.xy * x - of_a.yy * y,
-                     of_a.xx - of_b.xx, of_a.xy - of_b.xy, of_a.yy - of_b.yy};
-    const auto to = least_of(gap, kFits / m.size);
-    if (!to) return std::nullopt;
-    const Real move_a = std::hypot((*to)[0] - x, (*to)[1] - y),
-               move_b = std::hypot((*to)[0], (*to)[1]);
-    if (std::max(move_a, move_b) > m.size) return std::nullopt;
-    if (std::max(move_a, move_b) < 1e-12 * m.size || step == kMostSteps) {
+    const Real high = glm::dot(apart, b.normal);
+    const auto by = Step{height_of(a, f), height_of(b, f), x, y, high, kFits / m.size}.moves();
+    if (!by) return std::nullopt;
+    const Real most = std::max(std::hypot(by->a[0], by->a[1]), std::hypot(by->b[0], by->b[1]));
+    if (!(most <= m.size)) return std::nullopt;
+    if (most < 1e-12 * m.size || step == kMostSteps) {
       if (std::hypot(x, y) > kMeets * m.size || glm::length(a.normal + b.normal) > kAlong)
         return std::nullopt;
-      return Met{a, b, glm::dot(apart, b.normal)};
+      return Met{a, b, high};
     }
-    a = m.a.at(m.a.moved(a, ((*to)[0] - x) * f.x + ((*to)[1] - y) * f.y));
-    b = m.b.at(m.b.moved(b, (*to)[0] * f.x + (*to)[1] * f.y));
+    a = m.a.at(m.a.moved(a, by->a[0] * f.x + by->a[1] * f.y));
+    b = m.b.at(m.b.moved(b, by->b[0] * f.x + by->b[1] * f.y));
   }
 }
 
@@ -189,8 +219,11 @@ std::optional<SkinScratch::Candidate> facing(const Seeking& k, std::uint32_t see
       },
       [&](std::uint32_t node) { return other.cones[node].least_cosine(n) <= kFacing + kRounding; });
   if (!tile) return std::nullopt;
-  return SkinScratch::Candidate{glm::dot(other.normals[*tile], way_from(other, *tile, p)), seed,
-                                *tile};
+  const Vec3 way = way_from(other, *tile, p);
+  const Real gap = glm::dot(other.normals[*tile], way);
+  // Beside the faces, not in front of them.
+  if (glm::dot(way, way) > gap * gap + m.spacing * m.spacing) return std::nullopt;
+  return SkinScratch::Candidate{gap, seed, *tile};
 }
 
 /// Lists the seeds on round faces that are near and face the other's faces, deepest first.
@@ -215,6 +248,16 @@ bool holds(const Surface& surface, Vec3 p) {
   return !surface.model->is_closed || nearest_on(surface, p).distance <= 0;
 }
 
+/// Whether a candidate may be of a contact: a seed deep behind the face that it faces has to be
+/// inside the other skin, not beyond it. By the triangles.
+bool is_inside(const Seeking& k, const SkinScratch::Candidate& c) {
+  const SkinModel& other = *k.to.model;
+  if (c.gap > -kShallow * k.size || !other.is_closed) return true;
+  const Vec3 p = to_world(k.at, k.from.model->seed_points[c.seed]);
+  const auto tile = nearest_tile_of(other, p, -c.gap + other.chord);
+  return !tile || glm::dot(other.normals[*tile], way_from(other, *tile, p)) <= other.chord;
+}
+
 /// A start, and the feature id of its contact.
 struct Start {
   nurbs::Place on_a, on_b;
@@ -225,6 +268,8 @@ void add_met(const Meeting& m, const Start& start, const PointsOut& out) {
   const auto met = meet(m, start.on_a, start.on_b);
   if (!met || met->gap > out.margin || met->gap < -kDeepest * m.size) return;
   if (met->gap < -kShallow * m.size && !holds(m.b.surface, met->a.jet.s)) return;
+  const bool encloses = m.a.surface.model->is_closed && m.b.surface.model->is_closed;
+  if (met->gap < -kDeep * m.size && !(encloses && holds(m.a.surface, m.a.own(met->b.jet.s)))) return;
   out.points.push_back({met->a.jet.s, met->b.jet.s, met->b.normal, met->gap, start.feature});
 }
 
@@ -238,6 +283,7 @@ void start_apart(const Seeking& k, std::span<const SkinScratch::Candidate> found
     const Vec3 p = k.from.model->seed_points[c.seed];
     const auto is_near = [&](Vec3 q) { return glm::distance(p, q) < kApart * k.size; };
     if (std::any_of(taken.begin(), taken.begin() + std::ptrdiff_t(count), is_near)) continue;
+    if (!is_inside(k, c)) continue;
     start(c);
     taken[count++] = p;
     if (count == kMostStarts) return;
@@ -248,12 +294,17 @@ nurbs::Place place_of_tile(const Surface& s, std::uint32_t tile) {
   return s.model->tiles.places[s.model->tiles.triangles[tile][0]];
 }
 
+Meeting meeting_of(const SkinPair& pair) {
+  return {{pair.a, glm::mat3_cast(pair.a_in_b.rotation), pair.a_in_b.position},
+          {pair.b, Mat3(1), Vec3(0)},
+          std::min(pair.a.model->size, pair.b.model->size)};
+}
+
 void touch_rounds(const SkinPair& pair, SkinScratch& scratch, const PointsOut& out) {
   const Surface &a = pair.a, &b = pair.b;
   const Pose& a_in_b = pair.a_in_b;
-  const Real size = std::min(a.model->size, b.model->size), margin = std::max(out.margin, Real(0));
-  const Meeting m{
-      {a, glm::mat3_cast(a_in_b.rotation), a_in_b.position}, {b, Mat3(1), Vec3(0)}, size};
+  const Meeting m = meeting_of(pair);
+  const Real size = m.size, margin = std::max(out.margin, Real(0));
   const Seeking from_a{a, b, a_in_b, margin, size}, from_b{b, a, inverse(a_in_b), margin, size};
   find_seeds(from_a, scratch.candidates);
   start_apart(from_a, scratch.candidates, [&](const SkinScratch::Candidate& c) {
@@ -266,6 +317,15 @@ void touch_rounds(const SkinPair& pair, SkinScratch& scratch, const PointsOut& o
 }
 
 }  // namespace
+
+bool is_of_rounds(std::uint64_t feature) { return (feature >> 40 & 7) >= kOfA >> 40; }
+
+std::optional<SkinTouch> follow_touch(const SkinPair& pair, const nurbs::Place& on_a,
+                                      const nurbs::Place& on_b) {
+  const auto met = meet(meeting_of(pair), on_a, on_b);
+  if (!met) return std::nullopt;
+  return SkinTouch{met->a.at, met->b.at, met->a.jet.s, met->b.jet.s, met->b.normal};
+}
 
 void collide_skins(const SkinPair& pair, SkinScratch& scratch, const PointsOut& out) {
   const std::size_t first = out.points.size();

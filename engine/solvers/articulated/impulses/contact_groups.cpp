@@ -296,6 +296,7 @@ void step_contact_groups(World& world, const StepTask& task) {
                  std::span(r.crosses).subspan(g.first_cross, g.crosses),
                  std::span(r.ties).subspan(g.first_tie, g.ties),
                  std::span(r.rollings).subspan(g.first_rolling, g.rollings),
+                 std::span(r.skins),
                  std::span(r.loops).subspan(g.first_loops, g.loops),
                  std::span(r.looped).subspan(g.first_looped, g.looped),
                  std::span(r.path_steps).subspan(g.first_step, g.steps),

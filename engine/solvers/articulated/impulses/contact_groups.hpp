@@ -10,10 +10,12 @@
 #include "engine/contact/contact_axes.hpp"
 #include "engine/contact/detect.hpp"
 #include "engine/contact/rolling_friction.hpp"
+#include "engine/nurbs/skin.hpp"
 #include "engine/solvers/articulated/lane_layout.hpp"
 
 namespace pantin {
 struct JointDrive;
+struct Shape;
 }
 namespace pantin::detail {
 struct Dof;
@@ -187,6 +189,7 @@ struct ContactPlace {
   std::uint32_t a = 0, b = 0;       // bodies of the group
   std::uint32_t cross = kNoNode;    // of two bodies of one tree: in GroupScratch::crosses
   std::uint32_t rolling = kNoNode;  // in GroupScratch::rollings
+  std::uint32_t skins = kNoNode;    // in GroupScratch::skins
   Vec3 axes[3];                     // the normal, from b to a, and two tangents
   contact::TouchedPlace on_a, on_b;
   Vec3 arm_a{0}, arm_b{0};    // m, world: where impulses act
@@ -207,6 +210,12 @@ struct GroupContact : ContactPlace {
   Vec3 impulse{0};    // N s of a substep, along the axes; between steps the mean force, N
   Real before = 0;    // N s, along the normal in the previous substep
   Vec3 passed{0};     // N s over the step so far
+};
+
+/// Two NURBS shapes in contact, and the places of their faces where they are closest.
+struct TouchingSkins {
+  const Shape *a = nullptr, *b = nullptr;
+  nurbs::Place on_a, on_b;
 };
 
 /// At most kMostPoints consecutive contacts of the same two bodies, iterated together.
@@ -317,6 +326,7 @@ struct Group {
   std::span<CrossResponse> crosses;
   std::span<GroupTie> ties;
   std::span<GroupRolling> rollings;
+  std::span<TouchingSkins> skins;  // of all groups
   std::span<GroupLoops> loops;
   std::span<LoopedBody> looped;
   std::span<PathStep> path_steps;

@@ -5,6 +5,8 @@
 #include "engine/base/rotation.hpp"
 #include "engine/contact/detect.hpp"
 #include "engine/geometry/kinds.hpp"
+#include "engine/geometry/skin_model.hpp"
+#include "engine/geometry/surface.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/impulses/gather.hpp"
 #include "engine/solvers/articulated/impulses/group_points.hpp"
@@ -165,6 +167,23 @@ const Island& island_of(const World& world, std::uint32_t slot) {
   return islands_of(world)[owner_of(partition_of(world), slot).island];
 }
 
+/// The shapes of a contact that moves over round NURBS faces.
+void gather_skins(const World& world, const Contact& c, GroupScratch& r, GroupContact& made) {
+  if (!is_of_rounds(c.key)) return;
+  const auto shape = [&](std::uint32_t slot, std::uint32_t index) -> const Shape* {
+    const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot]);
+    if (!shapes || index >= shapes->list.size()) return nullptr;
+    const Shape& s = shapes->list[index];
+    return s.kind == ShapeKind::nurbs && s.surface ? &s : nullptr;
+  };
+  const Shape* const a = shape(c.slot_a, contact::shape_of_a(c.key));
+  const Shape* const b = shape(c.slot_b, contact::shape_of_b(c.key));
+  if (!a || !b) return;
+  made.skins = static_cast<std::uint32_t>(r.skins.size());
+  r.skins.push_back({a, b, nearest_on(*a->surface, to_local(a->local, c.point_a)).at,
+                     nearest_on(*b->surface, to_local(b->local, c.point_b)).at});
+}
+
 GroupContact gather_contact(const World& world, std::uint32_t number, const Island& island) {
   const Contact& c = contacts_of(world)[number];
   const Body &a = world.bodies.values()[c.slot_a], &b = world.bodies.values()[c.slot_b];
@@ -284,6 +303,7 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
   const std::vector<Contact>& contacts = contacts_of(world);
   r.order.clear(), r.groups.clear(), r.bodies.clear(), r.contacts.clear();
   r.nodes.clear(), r.trees.clear(), r.crosses.clear(), r.ties.clear(), r.rollings.clear();
+  r.skins.clear();
   r.loops.clear(), r.looped.clear(), r.path_steps.clear(), r.numbers = 0;
   r.resting.clear(), r.rest_rows.clear(), r.pairs.clear();
   const auto group_at = [&](std::uint32_t contact) {
@@ -325,6 +345,7 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
       r.contacts.push_back(gather_contact(world, r.order[i], island_of(world, c.slot_a)));
       GroupContact& made = r.contacts.back();
       made.a = r.index[c.slot_a], made.b = r.index[c.slot_b];
+      gather_skins(world, c, r, made);
       PANTIN_ASSERT(made.a != kNone && made.b != kNone && made.a != made.b);
       if (!are_coupled(r, range, {made.a, made.b})) continue;
       if (i > from && have_same_bodies(made, *(&made - 1))) {

@@ -65,6 +65,9 @@ inline PairOf pair_of(const GroupContact& c) { return {c.a, c.b, c.cross}; }
 
 /// Sets `centre` of bodies without joints to their mass centres.
 void centre_bodies(const Group& g);
+/// Moves a contact of two NURBS shapes to where they are closest at the current poses
+/// (group_skins.cpp).
+void follow(const Group& g, GroupContact& c);
 /// Updates arms and gap of a contact at the current poses.
 void place(const Group& g, GroupContact& c);
 /// Velocities are evaluated where the contact is half a substep later, so that points move along

@@ -67,6 +67,7 @@ void prepare_group(const Group& g, const Substep& s) {
   for (GroupPair& p : g.pairs) {
     bool any = false;
     for (GroupContact& c : g.contacts.subspan(p.first, p.count)) {
+      follow(g, c);
       place(g, c);
       if (s.hard) lead(g, c, s.h);
       c.works = is_near(g, c, s.reach, sudden);

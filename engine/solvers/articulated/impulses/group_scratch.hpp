@@ -34,6 +34,7 @@ struct GroupScratch {
   std::vector<CrossResponse> crosses;
   std::vector<GroupTie> ties;
   std::vector<GroupRolling> rollings;
+  std::vector<TouchingSkins> skins;
   std::vector<GroupLoops> loops;
   std::vector<LoopedBody> looped;
   std::vector<PathStep> path_steps;

@@ -311,7 +311,7 @@ void take_parts(const Group& g, const Substep& whole, Order order) {
 /// Updates the final gaps; closes shallow overlaps of a body that touches only fixed ones.
 void finish_group(const Group& g) {
   centre_bodies(g);  // the last substep moved bodies away from their `centre`
-  for (GroupContact& c : g.contacts) place(g, c);
+  for (GroupContact& c : g.contacts) follow(g, c), place(g, c);
   if (!g.is_single()) return;
   GroupBody& body = g.bodies.front();
   for (int round = 0; round < 4; ++round) {
