@@ -94,7 +94,8 @@ struct MovingPair {
   }
   /// Bound on the relative speed of their points, m/s, given their extents.
   Real fastest(Real extent_a, Real extent_b) const {
-    return glm::length(a.velocity() - b.velocity()) + extent_a * a.turning() + extent_b * b.turning();
+    return glm::length(a.velocity() - b.velocity()) + extent_a * a.turning() +
+           extent_b * b.turning();
   }
   void find_at(Real time) {
     search.points.clear();

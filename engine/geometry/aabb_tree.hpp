@@ -61,6 +61,7 @@ class AabbTree {
   Real looseness() const { return sorted_area_ > 0 ? area_ / sorted_area_ : 1; }
   std::size_t size() const { return items_.size(); }
   std::size_t node_count() const { return nodes_.size(); }
+  const Aabb& box_of(std::uint32_t node) const { return nodes_[node].box; }
   /// The indices of the boxes below a node.
   std::span<const std::uint32_t> items_below(std::uint32_t node) const;
 

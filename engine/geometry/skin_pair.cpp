@@ -14,9 +14,9 @@ namespace pantin::detail {
 namespace {
 
 constexpr std::size_t kMostPoints = 16, kMostStarts = 12;
-constexpr int kMostSteps = 8;
-constexpr Real kApart = 0.15;    // of the smaller size: least distance between starts
-constexpr Real kNear = 0.06;     // of the seeds' skin: largest distance of a seed beside a contact
+constexpr int kMostSteps = 8, kMostStepsDown = 40;
+constexpr Real kApart = 0.15;  // of the smaller size: least distance between starts
+constexpr Real kNear = 0.06;   // of the seeds' skin: largest distance of a seed beside a contact
 // Of the smaller size: deeper points are on the far side; have to be of two closed skins and inside
 // each other; have to be inside b.
 constexpr Real kDeepest = 0.25, kDeep = 0.1, kShallow = 1e-3;
@@ -24,6 +24,7 @@ constexpr Real kFacing = -0.7;   // cosine between normals at a start
 constexpr Real kAlong = 0.05;    // rad, tolerance of opposed normals at a contact
 constexpr Real kFits = 0.02;     // of 1 / size: smaller differences of curvatures count as zero
 constexpr Real kMeets = 1e-5;    // of the size: tangential offset of the two points at convergence
+constexpr Real kDownhill = 0.1;  // of the size: largest step away from a maximum of the gap
 constexpr std::uint64_t kOfA = 6ull << 40, kOfB = 7ull << 40;
 
 // ---- Deepest points between two faces -----------------------------------------------------------
@@ -109,29 +110,37 @@ struct Moves {
 
 /// Newton step of two points of faces to their common normal, given the heights over the plane
 /// through b's point and a's point at (x, y, gap) there: along the directions in which the gap is
-/// curved, and none along those in which the faces fit. None where the gap has a maximum.
+/// curved, and none along those in which the faces fit. Where the gap has a maximum along some
+/// direction: downhill, as far as `longest`; none if that is 0.
 struct Step {
   Height of_a, of_b;
-  Real x, y, gap, least_bend;
+  Real x, y, gap, least_bend, longest;
 
   std::optional<Moves> moves() const {
     // Gradient and second derivatives of the gap above b's point, by a's height extended to there.
     const Height h{of_a.x - of_a.xx * x - of_a.xy * y, of_a.y - of_a.xy * x - of_a.yy * y,
                    of_a.xx - of_b.xx, of_a.xy - of_b.xy, of_a.yy - of_b.yy};
     const Real mean = (h.xx + h.yy) / 2, apart = std::hypot((h.xx - h.yy) / 2, h.xy);
-    if (mean - apart < -least_bend) return std::nullopt;
-    return mean - apart < least_bend ? along_curved(h, mean, apart) : to_normal(h);
+    if (mean - apart >= least_bend) return to_normal(h);
+    const bool is_hill = mean - apart < -least_bend;
+    if (is_hill && !(longest > 0)) return std::nullopt;
+    return along_curved(h, mean, apart, is_hill ? longest : 1e300);
   }
 
  private:
-  /// Both points over the same place.
-  Moves along_curved(const Height& h, Real mean, Real apart) const {
+  /// Both points over the same place, downhill where the gap has a maximum.
+  Moves along_curved(const Height& h, Real mean, Real apart, Real most) const {
     const Real angle = apart > 0 ? std::atan2(h.xy, (h.xx - h.yy) / 2) / 2 : 0;
     Real to[2] = {0, 0};
-    if (const Real bend = mean + apart; bend >= least_bend) {
-      const Real c = std::cos(angle), s = std::sin(angle), t = -(h.x * c + h.y * s) / bend;
-      to[0] = t * c, to[1] = t * s;
+    for (const int k : {0, 1}) {
+      const Real bend = std::abs(k == 0 ? mean + apart : mean - apart);
+      if (bend < least_bend) continue;
+      const Real c = std::cos(angle + k * kPi / 2), s = std::sin(angle + k * kPi / 2);
+      const Real t = -(h.x * c + h.y * s) / bend;
+      to[0] += t * c, to[1] += t * s;
     }
+    if (const Real way = std::hypot(to[0], to[1]); way > most)
+      to[0] *= most / way, to[1] *= most / way;
     return {{to[0] - x, to[1] - y}, {to[0], to[1]}};
   }
   /// The line between the points is normal to both faces: with the heights' second derivatives A
@@ -169,7 +178,12 @@ struct Met {
   Local a, b;
   Real gap;
 };
-std::optional<Met> meet(const Meeting& m, const nurbs::Place& on_a, const nurbs::Place& on_b) {
+/// Beside a maximum of the gap: given up, or left downhill.
+enum class Hills : std::uint8_t { end, leads_down };
+std::optional<Met> meet(const Meeting& m, const nurbs::Place& on_a, const nurbs::Place& on_b,
+                        Hills hills = Hills::end) {
+  const bool leaves = hills == Hills::leads_down;
+  const int most_steps = leaves ? kMostStepsDown : kMostSteps;
   Local a = m.a.at(on_a), b = m.b.at(on_b);
   for (int step = 0;; ++step) {
     if (!(glm::dot(a.normal, b.normal) < -0.2)) return std::nullopt;
@@ -177,11 +191,18 @@ std::optional<Met> meet(const Meeting& m, const nurbs::Place& on_a, const nurbs:
     const Vec3 apart = a.jet.s - b.jet.s;
     const Real x = glm::dot(apart, f.x), y = glm::dot(apart, f.y);
     const Real high = glm::dot(apart, b.normal);
-    const auto by = Step{height_of(a, f), height_of(b, f), x, y, high, kFits / m.size}.moves();
+    const Step of{height_of(a, f),
+                  height_of(b, f),
+                  x,
+                  y,
+                  high,
+                  kFits / m.size,
+                  leaves ? kDownhill * m.size : 0};
+    const auto by = of.moves();
     if (!by) return std::nullopt;
     const Real most = std::max(std::hypot(by->a[0], by->a[1]), std::hypot(by->b[0], by->b[1]));
     if (!(most <= m.size)) return std::nullopt;
-    if (most < 1e-12 * m.size || step == kMostSteps) {
+    if (most < 1e-12 * m.size || step == most_steps) {
       if (std::hypot(x, y) > kMeets * m.size || glm::length(a.normal + b.normal) > kAlong)
         return std::nullopt;
       return Met{a, b, high};
@@ -209,6 +230,14 @@ std::optional<SkinScratch::Candidate> facing(const Seeking& k, std::uint32_t see
   const Vec3 p = to_world(k.at, m.seed_points[seed]), n = k.at.rotation * m.seed_normals[seed];
   std::optional<std::uint32_t> tile;
   Real best = far * far;
+  // A tile that the seed is in front of, or behind as deep as a contact may be, lies along the
+  // seed's normal within the angle of kFacing.
+  const auto lies_along = [&](const Aabb& box) {
+    const Vec3 way = 0.5 * (box.low + box.high) - p;
+    const Real radius = 0.5 * glm::distance(box.low, box.high), along = glm::dot(way, n);
+    return along + radius + m.spacing > -kDeepest * k.size &&
+           std::abs(along) + radius + m.spacing > -kFacing * (glm::length(way) - radius);
+  };
   other.tree.nearest(
       p, best,
       [&](std::uint32_t i) {
@@ -217,7 +246,10 @@ std::optional<SkinScratch::Candidate> facing(const Seeking& k, std::uint32_t see
         if (glm::dot(way, way) < best) best = glm::dot(way, way), tile = i;
         return best;
       },
-      [&](std::uint32_t node) { return other.cones[node].least_cosine(n) <= kFacing + kRounding; });
+      [&](std::uint32_t node) {
+        return other.cones[node].least_cosine(n) <= kFacing + kRounding &&
+               lies_along(other.tree.box_of(node));
+      });
   if (!tile) return std::nullopt;
   const Vec3 way = way_from(other, *tile, p);
   const Real gap = glm::dot(other.normals[*tile], way);
@@ -269,7 +301,8 @@ void add_met(const Meeting& m, const Start& start, const PointsOut& out) {
   if (!met || met->gap > out.margin || met->gap < -kDeepest * m.size) return;
   if (met->gap < -kShallow * m.size && !holds(m.b.surface, met->a.jet.s)) return;
   const bool encloses = m.a.surface.model->is_closed && m.b.surface.model->is_closed;
-  if (met->gap < -kDeep * m.size && !(encloses && holds(m.a.surface, m.a.own(met->b.jet.s)))) return;
+  if (met->gap < -kDeep * m.size && !(encloses && holds(m.a.surface, m.a.own(met->b.jet.s))))
+    return;
   out.points.push_back({met->a.jet.s, met->b.jet.s, met->b.normal, met->gap, start.feature});
 }
 
@@ -322,7 +355,7 @@ bool is_of_rounds(std::uint64_t feature) { return (feature >> 40 & 7) >= kOfA >>
 
 std::optional<SkinTouch> follow_touch(const SkinPair& pair, const nurbs::Place& on_a,
                                       const nurbs::Place& on_b) {
-  const auto met = meet(meeting_of(pair), on_a, on_b);
+  const auto met = meet(meeting_of(pair), on_a, on_b, Hills::leads_down);
   if (!met) return std::nullopt;
   return SkinTouch{met->a.at, met->b.at, met->a.jet.s, met->b.jet.s, met->b.normal};
 }

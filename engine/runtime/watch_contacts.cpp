@@ -32,6 +32,8 @@ constexpr Real kAtRestFor = 0.5, kSlow = 0.02;
 /// relative depth: for kMovingFor at a whole thickness, half as long at two. No impact lasts that
 /// long. A body that starts inside another has kToComeOut longer to separate.
 constexpr Real kMostly = 0.5, kMovingFor = 0.15, kToComeOut = 0.25;
+/// Of the thickness: NURBS shapes that overlap by more have no nearest way out.
+constexpr Real kNoWayOut = 0.3;
 constexpr Real kTiny = 1e-9;  // m
 /// Above this number of fast shapes, candidates are looked up in a tree.
 constexpr std::size_t kFewFast = 8;
@@ -88,6 +90,7 @@ void ContactWatch::compile(const World& world) {
   thickness_.assign(count, 0), shallow_.assign(count, 0), rests_for_.assign(count, 0),
       depth_.assign(count, 0), overlaps_.assign(count, {0, 0, -kToComeOut});
   before_.assign(count, {});
+  is_skin_.assign(count, 0);
   for (std::uint32_t slot = 0; slot < count; ++slot) {
     first_[slot + 1] = static_cast<std::uint32_t>(solids_.size());
     const Entity e = world.bodies.owners()[slot];
@@ -98,6 +101,7 @@ void ContactWatch::compile(const World& world) {
     for (std::uint32_t i = 0; i < shapes->list.size(); ++i) {
       const Shape& shape = shapes->list[i];
       if (!is_usable(shape)) continue;
+      is_skin_[slot] = is_skin_[slot] || shape.kind == ShapeKind::nurbs;
       const Real half = inner_radius(shape);
       if (is_unbounded(shape.kind))
         unbounded_.push_back(static_cast<std::uint32_t>(solids_.size()));
@@ -329,8 +333,10 @@ void ContactWatch::end_step(const World& world, Real h, FindingList& found) {
     const bool a_is_smaller = on_b == 0 || on_a < on_b;
     const Real thin = a_is_smaller ? on_a : on_b;
     if (!is_sunk(c)) continue;
-    if (Overlap& m = overlaps_[c.slot_a]; c.depth > m.part * thin)
-      m.part = c.depth / thin, m.depth = c.depth;
+    Overlap& m = overlaps_[c.slot_a];
+    if (c.depth > m.part * thin) m.part = c.depth / thin, m.depth = c.depth;
+    if (is_skin_[c.slot_a] && is_skin_[c.slot_b] && c.depth > kNoWayOut * thin && m.for_long >= 0)
+      found.note(FindingKind::sunk, world.bodies.owners()[c.slot_a], c.depth);
     const auto speed_at = [](const Body& body, Vec3 point) {
       return body.velocity + glm::cross(body.angular_velocity, body.pose.rotation * point);
     };

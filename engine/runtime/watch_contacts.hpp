@@ -81,6 +81,7 @@ class ContactWatch {
   std::vector<Real> thickness_, shallow_, rests_for_;  // by slot: m, of the thinnest shape; m; s
   std::vector<Real> depth_;                            // m, by slot, of this step
   std::vector<Overlap> overlaps_;                      // by slot
+  std::vector<std::uint8_t> is_skin_;                  // by slot: has a NURBS shape
   std::vector<Aabb> boxes_;                            // of the motion of all solids in the substep
   AabbTree tree_;
   std::vector<std::uint64_t> joined_;  // see engine/world/joined.hpp

@@ -16,7 +16,7 @@
 namespace pantin {
 struct JointDrive;
 struct Shape;
-}
+}  // namespace pantin
 namespace pantin::detail {
 struct Dof;
 }
