@@ -7,9 +7,11 @@ namespace pantin::detail::articulated {
 namespace {
 
 /// s: time constants of the compensation; fraction of the compression that is compensated.
-constexpr Real kTakeUpTime = 0.4, kTakeUpTimeOfTrees = 2, kTakenUp = 0.998;
+constexpr Real kTakeUpTime = 0.4, kTakeUpTimeOfTrees = 1, kTakenUp = 0.998;
 /// m/s: slower bodies have their compression compensated; above the second, that is undone.
 constexpr Real kCalmSpeed = 0.005, kWildSpeed = 0.02;
+/// Of the shallow overlap: the largest compression that is compensated.
+constexpr Real kMostTakenUp = 3;
 /// Overlaps of trees this many times deeper than shallow ones are accepted over this time, s:
 /// interlocked bodies would be pushed back and forth for ever.
 constexpr Real kInterlocked = 4, kGiveUpTime = 2;
@@ -55,7 +57,7 @@ void take_up(const Group& g, const Substep& s, Real h) {
         continue;
       }
       if (!lasts && !wild) continue;
-      const Real rest = lasts ? std::clamp(kTakenUp * mean, Real(0), c.shallow) : 0;
+      const Real rest = lasts ? std::clamp(kTakenUp * mean, Real(0), kMostTakenUp * c.shallow) : 0;
       c.settling = (1 - part) * std::abs(rest - c.rest);
       c.rest = std::max(kLeastRest, c.rest + part * (rest - c.rest));
     }
