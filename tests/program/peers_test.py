@@ -64,6 +64,21 @@ class Spelt(unittest.TestCase):
         self.assertEqual(scene.sway.centre[1:], [2, 0])
         self.assertAlmostEqual(scene.sway.centre[0] + 0.5 * math.sin(scene.sway.phase[0]), 1)
 
+    def test_springs_torques_and_the_rate_of_short_scenes_come_back(self):
+        start = {"rod": [1, 1.5, 0, 0, 0, HALF, HALF]}
+        spring = {"kind": "spring", "a": "world", "b": "rod", "point_a": [3, 2, 1], "point_b": [1, 2, 0],
+                  "length": 0.7, "stiffness": 50}
+        parts = self.parts(bodies=SCENE["bodies"][1:], joints=[spring], paths=[], duration=0.03,
+                           events=[{"type": "push", "body": "rod", "torque": [0, 0, 4]}])
+        self.assertEqual(parts.rate, 1000)
+        self.path.write_text(parts.spelt(start, 3, 4))
+        scene = spelt.Scene(self.path)
+        found, = scene.springs
+        self.assertEqual((found.a, found.b, found.length, found.stiffness), (-1, 0, 0.7, 50))
+        self.assertEqual(found.anchor_a, [3, 2, 1])
+        self.assertLess(math.dist(found.anchor_b, [0.5, 0, 0]), 1e-15)
+        self.assertEqual((scene.rate, scene.torques), (1000, [(0, [0, 0, 4])]))
+
     def test_any_axis_is_turned_to(self):
         for axis in ([1, 0, 0], [-1, 0, 0], [0, 3, 0], [0, 0, -1], [-5, 0.1, 0.2], [0.3, -0.4, 0.5]):
             with self.subTest(axis):
@@ -76,6 +91,10 @@ class Spelt(unittest.TestCase):
                            ({"bodies": [{**rod, "drag": 0.1}]}, "drag of rod"),
                            ({"bodies": [{**rod, "velocity": [1, 0, 0]}]}, '"velocity" of rod'),
                            ({"joints": [{**SCENE["joints"][0], "kind": "prismatic"}]}, "kind prismatic"),
+                           ({"joints": [{"name": "s", "kind": "spring", "damping": 1}]}, '"damping" of s'),
+                           ({"events": [{"type": "wind"}]}, "type wind"),
+                           ({"events": [{"type": "push", "body": "rod", "force": [1, 0, 0]}]},
+                            '"force" of the push of rod'),
                            ({"paths": [{"body": "hand", "steady": {}}]}, "the path of hand")):
             with self.subTest(told), self.assertRaises(SystemExit) as end:
                 self.parts(**more)
@@ -91,6 +110,7 @@ class Run(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             run = object.__new__(motion.Measured)
             run.rows, run.folder, run.stem, run.frames = {}, pathlib.Path(folder), "scene", 2
+            run.rate = motion.RATE
             run.options = types.SimpleNamespace(limit=1)
             run.parts = types.SimpleNamespace(bodies={"rod": None}, sway=None)
             run.moving, run.reference = ["rod"], {"rod": [[0, 0, 0]] * 3}

@@ -5,9 +5,12 @@
 ///   rate COUNT        frames of a second; 60 if it is not said
 ///   parts COUNT       steps of a frame; a path has a pose at the end of each
 ///   sway BODY CENTRE3 AMPLITUDE3 FREQUENCY3 PHASE3    the same path as a formula
+///   spring A B ANCHOR3 ANCHOR3 LENGTH STIFFNESS       pulls and pushes along its line
+///   torque BODY TORQUE3                               a constant one, in the world's axes
 ///
 /// Nothing of pantin's or of an engine's is included.
 #include <array>
+#include <cmath>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -67,6 +70,17 @@ struct SpeltCable {
   double length = 0, compliance = 0;
 };
 
+struct SpeltSpring {
+  int a = -1, b = -1;
+  Three anchor_a{}, anchor_b{};
+  double length = 0, stiffness = 0;  // m, N/m
+};
+
+struct SpeltTorque {
+  int body = -1;
+  Three torque{};  // N m
+};
+
 /// A place on a curve: centre + amplitude sin(2 pi frequency t + phase), by axis.
 struct SpeltSway {
   int body = -1;
@@ -82,6 +96,8 @@ struct Spelt {
   std::vector<SpeltJoint> joints;
   std::vector<SpeltCable> cables;
   std::vector<SpeltSway> sways;
+  std::vector<SpeltSpring> springs;
+  std::vector<SpeltTorque> torques;
   std::vector<std::string> unknown;
 };
 
@@ -138,6 +154,14 @@ inline bool read_spelt(const std::string& path, Spelt& to) {
       SpeltSway s;
       line >> s.body >> s.centre >> s.amplitude >> s.frequency >> s.phase;
       to.sways.push_back(s);
+    } else if (word == "spring") {
+      SpeltSpring s;
+      line >> s.a >> s.b >> s.anchor_a >> s.anchor_b >> s.length >> s.stiffness;
+      to.springs.push_back(s);
+    } else if (word == "torque") {
+      SpeltTorque t;
+      line >> t.body >> t.torque;
+      to.torques.push_back(t);
     } else if (word == "layers") {
       read_layers(line, in, to);
     } else if (word == "body") {
@@ -176,6 +200,24 @@ inline bool read_spelt(const std::string& path, Spelt& to) {
     if (line.fail()) return false;
   }
   return true;
+}
+
+/// What springs and torques come to now, for engines that have no such parts. point(body, local)
+/// returns the place of a point, push(body, place, force) and turn(body, torque) load a body; the
+/// body may be the world.
+template <class Point, class Push, class Turn>
+void load(const Spelt& scene, const Point& point, const Push& push, const Turn& turn) {
+  for (const SpeltSpring& s : scene.springs) {
+    const Three a = point(s.a, s.anchor_a), b = point(s.b, s.anchor_b);
+    const double length = std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
+    Three pull{}, back{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      pull[k] = s.stiffness * (length - s.length) / length * (b[k] - a[k]);
+      back[k] = -pull[k];
+    }
+    push(s.a, a, pull), push(s.b, b, back);
+  }
+  for (const SpeltTorque& t : scene.torques) turn(t.body, t.torque);
 }
 
 }  // namespace pantin::peers

@@ -46,6 +46,7 @@ class Box2dRun final : public EngineRun {
     const double h = step_of(scene_);
     for (int part = 0; part < scene_.parts; ++part, ++part_) {
       for (std::size_t i = 0; i < bodies_.size(); ++i) lead(i, h);
+      push();
       world_.Step(float(h), velocity_, position_);
     }
     return true;
@@ -76,14 +77,31 @@ class Box2dRun final : public EngineRun {
     bodies_.back()->SetMassData(&mass);
   }
 
+  b2Body* body(int i) const { return i < 0 ? still_ : bodies_[static_cast<std::size_t>(i)]; }
+
+  /// In the axes that Box2D gives the body.
+  b2Vec2 local(int i, const Three& anchor) const {
+    const Four none{0, 0, 0, 1};
+    const Four& q = i < 0 ? none : scene_.bodies[static_cast<std::size_t>(i)].at.rotation;
+    return turned(q, anchor, angle_of(q));
+  }
+
+  void push() {
+    load(
+        scene_,
+        [&](int i, const Three& p) {
+          const b2Vec2 at = body(i)->GetWorldPoint(local(i, p));
+          return Three{at.x, at.y, 0};
+        },
+        [&](int i, const Three& at, const Three& f) {
+          body(i)->ApplyForce(b2Vec2(float(f[0]), float(f[1])), b2Vec2(float(at[0]), float(at[1])),
+                              true);
+        },
+        [&](int i, const Three& t) { body(i)->ApplyTorque(float(t[2]), true); });
+  }
+
   void join(const SpeltJoint& j) {
     b2RevoluteJointDef made;
-    const auto body = [&](int i) { return i < 0 ? still_ : bodies_[static_cast<std::size_t>(i)]; };
-    const auto local = [&](int i, const Three& anchor) {
-      const Four none{0, 0, 0, 1};
-      const Four& q = i < 0 ? none : scene_.bodies[static_cast<std::size_t>(i)].at.rotation;
-      return turned(q, anchor, angle_of(q));
-    };
     made.bodyA = body(j.a), made.bodyB = body(j.b);
     made.localAnchorA = local(j.a, j.anchor_a), made.localAnchorB = local(j.b, j.anchor_b);
     made.referenceAngle = made.bodyB->GetAngle() - made.bodyA->GetAngle();

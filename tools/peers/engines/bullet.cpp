@@ -49,6 +49,7 @@ class Maximal final : public EngineRun {
     const double h = step_of(scene_);
     for (int part = 0; part < scene_.parts; ++part, ++part_) {
       for (std::size_t i = 0; i < bodies_.size(); ++i) lead(i, h);
+      push();
       world_.stepSimulation(btScalar(h), 0);
     }
     return true;
@@ -101,6 +102,20 @@ class Maximal final : public EngineRun {
     bodies_[i]->setLinearVelocity(vec(velocity));
   }
 
+  void push() {
+    const auto body = [&](int i) { return i < 0 ? still_ : bodies_[static_cast<std::size_t>(i)]; };
+    load(
+        scene_,
+        [&](int i, const Three& local) {
+          const btVector3 at = body(i)->getWorldTransform() * vec(local);
+          return Three{at.x(), at.y(), at.z()};
+        },
+        [&](int i, const Three& at, const Three& force) {
+          body(i)->applyForce(vec(force), vec(at) - body(i)->getWorldTransform().getOrigin());
+        },
+        [&](int i, const Three& torque) { body(i)->applyTorque(vec(torque)); });
+  }
+
   const Spelt& scene_;
   int iterations_;
   Ground ground_;
@@ -117,7 +132,8 @@ class Maximal final : public EngineRun {
 
 enum class Method { euler, rk4 };
 
-/// Trees only. What hangs on a body that is led is computed in that body's axes.
+/// Trees without springs and torques only. What hangs on a body that is led is computed in that
+/// body's axes.
 class Minimal final : public EngineRun {
  public:
   Minimal(const Spelt& scene, const Tree& tree, Method method)
@@ -203,7 +219,7 @@ std::unique_ptr<EngineRun> start(const Spelt& scene, const std::string& method, 
   if (method == "50-iterations") return std::make_unique<Maximal>(scene, 50);
   if (method != "multibody" && method != "multibody-rk4") return nullptr;
   const Tree tree = tree_of(scene);
-  if (!tree.closures.empty()) return nullptr;
+  if (!tree.closures.empty() || !scene.springs.empty() || !scene.torques.empty()) return nullptr;
   return std::make_unique<Minimal>(scene, tree,
                                    method == "multibody" ? Method::euler : Method::rk4);
 }

@@ -34,6 +34,12 @@ def main():
             mbs.CreateRevoluteJoint(bodyNumbers=pair, position=j.anchor, axis=j.axis, useGlobalFrame=True)
         else:
             mbs.CreateSphericalJoint(bodyNumbers=pair, position=j.anchor, useGlobalFrame=True)
+    for s in scene.springs:
+        mbs.CreateSpringDamper(bodyNumbers=[bodies[i] if i >= 0 else ground for i in (s.a, s.b)],
+                               localPosition0=s.anchor_a, localPosition1=s.anchor_b,
+                               referenceLength=s.length, stiffness=s.stiffness, damping=0)
+    for body, torque in scene.torques:
+        mbs.CreateTorque(bodyNumber=bodies[body], loadVector=torque)
     sensors = [mbs.AddSensor(made.SensorBody(bodyNumber=b, storeInternal=True,
                                              outputVariableType=exudyn.OutputVariableType.Position))
                for b in bodies]

@@ -58,6 +58,7 @@ class Model:
             lines.append(f'<joint type="hinge" {anchor} axis="{text_of(axis)}"/>')
         else:
             lines.append(f'<joint type="ball" {anchor}/>')
+        lines.append(self.sites(number))
         lines += [self.written(child, number, by) for child, by in self.inside[number]]
         return "\n".join([*lines, "</body>"])
 
@@ -74,9 +75,20 @@ class Model:
                 f'<joint type="slide" axis="1 0 0" stiffness="{stiffness!r}" springref="{rest!r}"/>'
                 + "\n".join(self.written(c, number, by) for c, by in self.inside[number]) + "</body>")
 
+    def sites(self, body):
+        """The ends of springs on a body."""
+        return "".join(f'<site name="{end}{i}" pos="{text_of(anchor)}"/>'
+                       for i, s in enumerate(self.scene.springs)
+                       for end, at, anchor in (("a", s.a, s.anchor_a), ("b", s.b, s.anchor_b)) if at == body)
+
+    def tendons(self):
+        return "".join(f'<spatial stiffness="{s.stiffness!r}" springlength="{s.length!r}">'
+                       f'<site site="a{i}"/><site site="b{i}"/></spatial>'
+                       for i, s in enumerate(self.scene.springs))
+
     def text(self, integrator):
         step = 1 / (self.scene.rate * self.scene.parts)
-        bodies = "\n".join(self.written(c, -1, by) for c, by in self.inside[-1])
+        bodies = self.sites(-1) + "\n".join(self.written(c, -1, by) for c, by in self.inside[-1])
         if self.scene.sway:
             bodies += self.led()
         points = []
@@ -92,12 +104,14 @@ class Model:
         return (f'<mujoco><compiler angle="radian"/><option timestep="{step!r}" '
                 f'integrator="{integrator}" gravity="{text_of(self.scene.gravity)}">'
                 f'<flag contact="disable"/></option><worldbody>{bodies}</worldbody>'
-                f'<equality>{equalities}</equality></mujoco>')
+                f'<equality>{equalities}</equality><tendon>{self.tendons()}</tendon></mujoco>')
 
 
 def frames_of(scene, model):
     data = mujoco.MjData(model)
     at = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, f"b{i}") for i in range(len(scene.bodies))]
+    for body, torque in scene.torques:
+        data.xfrc_applied[at[body], 3:] = torque
     for _ in range(scene.frames):
         begin = time.process_time()
         mujoco.mj_step(model, data, scene.parts)

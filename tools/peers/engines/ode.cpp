@@ -26,6 +26,7 @@ class OdeRun final : public EngineRun {
     const double h = step_of(scene_);
     for (int part = 0; part < scene_.parts; ++part, ++part_) {
       for (std::size_t i = 0; i < bodies_.size(); ++i) lead(i, h);
+      push();
       if (!(is_direct_ ? dWorldStep(world_, h) : dWorldQuickStep(world_, h))) return false;
     }
     return true;
@@ -91,6 +92,21 @@ class OdeRun final : public EngineRun {
     dBodySetPosition(bodies_[i], from[0], from[1], from[2]);
     dBodySetLinearVel(bodies_[i], (next[0] - from[0]) / h, (next[1] - from[1]) / h,
                       (next[2] - from[2]) / h);
+  }
+
+  void push() {
+    const auto body = [&](int i) { return i < 0 ? nullptr : bodies_[static_cast<std::size_t>(i)]; };
+    load(
+        scene_,
+        [&](int i, const Three& p) {
+          dVector3 at = {p[0], p[1], p[2]};
+          if (body(i)) dBodyGetRelPointPos(body(i), p[0], p[1], p[2], at);
+          return Three{at[0], at[1], at[2]};
+        },
+        [&](int i, const Three& at, const Three& f) {
+          if (body(i)) dBodyAddForceAtPos(body(i), f[0], f[1], f[2], at[0], at[1], at[2]);
+        },
+        [&](int i, const Three& t) { dBodyAddTorque(body(i), t[0], t[1], t[2]); });
   }
 
   const Spelt& scene_;

@@ -104,12 +104,16 @@ class PinocchioRun final : public EngineRun {
   }
 
  private:
+  const Limb& limb_of(int body) const {
+    return *std::find_if(tree_.limbs.begin(), tree_.limbs.end(),
+                         [&](const Limb& l) { return l.body == body; });
+  }
+
   void close() {
     const auto in_joint = [&](int body, const Vector3d& point) {
       if (body < 0) return pinocchio::SE3(Eigen::Matrix3d::Identity(), point);
-      const Limb& limb = *std::find_if(tree_.limbs.begin(), tree_.limbs.end(),
-                                       [&](const Limb& l) { return l.body == body; });
-      return pinocchio::SE3(Eigen::Matrix3d::Identity(), axes_of(scene_, limb).actInv(point));
+      return pinocchio::SE3(Eigen::Matrix3d::Identity(),
+                            axes_of(scene_, limb_of(body)).actInv(point));
     };
     const auto joint_of = [&](int body) {
       return body < 0 ? pinocchio::JointIndex(0) : joint_[static_cast<std::size_t>(body)];
@@ -124,7 +128,56 @@ class PinocchioRun final : public EngineRun {
     pinocchio::initConstraintDynamics(model_, data_, contacts_, contact_data_);
   }
 
+  /// The place of a body's joint now, and of all before it: data_ has them only after it was asked
+  /// for the accelerations.
+  const pinocchio::SE3& place(pinocchio::JointIndex joint) {
+    for (const pinocchio::JointIndex j : model_.supports[joint]) {
+      if (j == 0) continue;
+      model_.joints[j].calc(data_.joints[j], motion_.q);
+      data_.liMi[j] = model_.jointPlacements[j] * data_.joints[j].M();
+      data_.oMi[j] = data_.oMi[model_.parents[j]] * data_.liMi[j];
+    }
+    return data_.oMi[joint];
+  }
+
+  /// tau_ = what springs and torques come to in the joints, from the load on a body about the
+  /// world's origin on all joints that it hangs on.
+  void push() {
+    const auto add = [&](int body, const pinocchio::Force& load) {
+      for (int i = body; i >= 0; i = limb_of(i).parent) {
+        const pinocchio::JointIndex joint = joint_[static_cast<std::size_t>(i)];
+        const Limb& limb = limb_of(i);
+        const Vector3d torque = data_.oMi[joint].actInv(load).angular();
+        if (limb.is_hinge)
+          tau_[model_.idx_vs[joint]] +=
+              torque.dot(placed(scene_, i).rotation.conjugate() * limb.axis);
+        else
+          tau_.segment<3>(model_.idx_vs[joint]) += torque;
+      }
+    };
+    tau_.setZero();
+    load(
+        scene_,
+        [&](int i, const Three& local) {
+          Vector3d at(local[0], local[1], local[2]);
+          if (i >= 0)
+            at = place(joint_[static_cast<std::size_t>(i)])
+                     .act(Vector3d(
+                         axes_of(scene_, limb_of(i)).actInv(placed(scene_, i).point(local))));
+          return Three{at[0], at[1], at[2]};
+        },
+        [&](int i, const Three& at, const Three& f) {
+          const Vector3d force(f[0], f[1], f[2]);
+          add(i, pinocchio::Force(force, Vector3d(at[0], at[1], at[2]).cross(force)));
+        },
+        [&](int i, const Three& t) {
+          place(joint_[static_cast<std::size_t>(i)]);
+          add(i, pinocchio::Force(Vector3d::Zero(), Vector3d(t[0], t[1], t[2])));
+        });
+  }
+
   const VectorXd& accelerate(double time) {
+    if (!scene_.springs.empty() || !scene_.torques.empty()) push();
     if (!scene_.sways.empty()) {
       const Three a = place_of(scene_.sways[0], time, 2);
       model_.gravity.linear() = gravity_ - Vector3d(a[0], a[1], a[2]);

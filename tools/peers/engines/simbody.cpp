@@ -10,6 +10,7 @@ using SimTK::Transform;
 using SimTK::Vec3;
 
 Vec3 vec(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+Vec3 vec(const Three& v) { return {v[0], v[1], v[2]}; }
 Rotation turn(const Eigen::Quaterniond& q) {
   return Rotation(SimTK::Quaternion(q.w(), q.x(), q.y(), q.z()));
 }
@@ -31,6 +32,12 @@ class SimbodyRun final : public EngineRun {
     for (const Closure& c : tree.closures)
       SimTK::Constraint::Ball(body(c.a), vec(local(c.a, c.point)), body(c.b),
                               vec(local(c.b, c.point)));
+    const auto end = [&](int i) { return i < 0 ? matter_.Ground() : body(i); };
+    for (const SpeltSpring& s : scene.springs)
+      SimTK::Force::TwoPointLinearSpring(forces_, end(s.a), vec(s.anchor_a), end(s.b),
+                                         vec(s.anchor_b), s.stiffness, s.length);
+    for (const SpeltTorque& t : scene.torques)
+      SimTK::Force::ConstantTorque(forces_, body(t.body), vec(t.torque));
     SimTK::State state = system_.realizeTopology();
     system_.realizeModel(state);
     integrator_ = accuracy > 0 ? integrator_within(system_, accuracy)

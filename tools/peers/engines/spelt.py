@@ -22,10 +22,12 @@ def product(p, q):
 
 class Scene:
     """Bodies with name, motion, mass, inertia, position, rotation (x, y, z, w); joints with a, b (bodies
-    by number, -1: the world), is_hinge, and at the start, in world axes, anchor and axis."""
+    by number, -1: the world), is_hinge, and at the start, in world axes, anchor and axis; springs with a, b, anchors in the axes of a and b, length and stiffness;
+    torques, pairs of a body and a constant torque in world axes."""
 
     def __init__(self, path):
         self.bodies, self.joints, self.sway, self.rate, self.parts = [], [], None, 60, 1
+        self.springs, self.torques = [], []
         with open(path) as lines:
             for line in lines:
                 kind, *words = line.split()
@@ -60,6 +62,14 @@ class Scene:
             a=a, b=b, is_hinge=words[0] == "hinge",
             anchor=[p + r for p, r in zip(position, rotated(rotation, n[0:3]))],
             axis=rotated(rotation, rotated(n[6:10], [1, 0, 0]))))
+
+    def read_spring(self, words):
+        n = [float(w) for w in words[2:]]
+        self.springs.append(types.SimpleNamespace(
+            a=int(words[0]), b=int(words[1]), anchor_a=n[0:3], anchor_b=n[3:6], length=n[6], stiffness=n[7]))
+
+    def read_torque(self, words):
+        self.torques.append((int(words[0]), [float(w) for w in words[1:]]))
 
     def read_sway(self, words):
         n = [float(w) for w in words[1:]]

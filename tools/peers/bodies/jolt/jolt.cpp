@@ -338,6 +338,7 @@ class Run {
     for (std::size_t i = 0; i < joints_.size(); ++i)
       if (const std::vector<Four>& targets = scene_.joints[i].drive.targets; !targets.empty())
         joints_[i].aim(targets[std::min(part, targets.size() - 1)]);
+    push();
     system_.Update(h_, steps_, &memory_, &jobs_);
   }
 
@@ -361,6 +362,20 @@ class Run {
  private:
   Body& body(int number) {
     return number < 0 ? Body::sFixedToWorld : *bodies_[static_cast<std::size_t>(number)];
+  }
+
+  /// Loads the bodies with what springs and torques come to now.
+  void push() {
+    load(
+        scene_,
+        [&](int i, const Three& local) {
+          const RVec3 at = body(i).GetCenterOfMassTransform() * vec(local);
+          return Three{at.GetX(), at.GetY(), at.GetZ()};
+        },
+        [&](int i, const Three& at, const Three& force) {
+          if (i >= 0) body(i).AddForce(vec(force), place(at));
+        },
+        [&](int i, const Three& torque) { body(i).AddTorque(vec(torque)); });
   }
 
   const Spelt& scene_;

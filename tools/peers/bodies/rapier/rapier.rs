@@ -46,6 +46,13 @@ struct Drive {
     targets: Vec<Rotation>,
 }
 
+struct Spring {
+    bodies: [i32; 2],
+    anchors: [Vector; 2],
+    length: f32,
+    stiffness: f32,
+}
+
 struct Scene {
     world: PhysicsWorld,
     frames: usize,
@@ -61,6 +68,8 @@ struct Scene {
     layer: i32,
     drives: Vec<Drive>,
     paths: Vec<(RigidBodyHandle, Vec<Pose>)>,
+    springs: Vec<Spring>,
+    torques: Vec<(RigidBodyHandle, Vector)>, // constant, in the world's axes
     without: Vec<String>,
 }
 
@@ -71,7 +80,8 @@ impl Scene {
         let still = world.insert_body(RigidBodyBuilder::fixed());
         let mut scene = Scene {
             world, frames: 0, rate: 60, parts: 1, touch: vec![], bodies: vec![], still, joints: vec![], kinds: vec![],
-            friction: 0.0, restitution: 0.0, layer: -1, drives: vec![], paths: vec![],
+            friction: 0.0, restitution: 0.0, layer: -1, drives: vec![], paths: vec![], springs: vec![],
+            torques: vec![],
             without: vec![],
         };
         let mut lines = text.lines();
@@ -96,6 +106,16 @@ impl Scene {
                 "joint" => scene.read_joint(&mut words),
                 "drive" => scene.read_drive(&mut words),
                 "cable" => scene.read_cable(&mut words),
+                "spring" => scene.springs.push(Spring {
+                    bodies: [words.whole(), words.whole()],
+                    anchors: [words.vector(), words.vector()],
+                    length: words.one(),
+                    stiffness: words.one(),
+                }),
+                "torque" => {
+                    let body = scene.bodies[words.whole() as usize];
+                    scene.torques.push((body, words.vector()));
+                }
                 "path" => {
                     let body = scene.bodies[words.whole() as usize];
                     let mut poses = vec![];
@@ -241,7 +261,33 @@ impl Scene {
         self.world.insert_impulse_joint(a, b, rope.build());
     }
 
+    /// Loads the bodies with what springs and torques come to now.
+    fn push(&mut self) {
+        if self.springs.is_empty() && self.torques.is_empty() {
+            return;
+        }
+        for handle in &self.bodies {
+            let body = &mut self.world.bodies[*handle];
+            body.reset_forces(true);
+            body.reset_torques(true);
+        }
+        for spring in &self.springs {
+            let handles = spring.bodies.map(|number| self.body(number));
+            let ends = [0, 1].map(|i| {
+                self.world.bodies[handles[i]].position().transform_point(spring.anchors[i])
+            });
+            let along = ends[1] - ends[0];
+            let pull = along * (spring.stiffness * (1.0 - spring.length / along.length()));
+            self.world.bodies[handles[0]].add_force_at_point(pull, ends[0], true);
+            self.world.bodies[handles[1]].add_force_at_point(-pull, ends[1], true);
+        }
+        for (body, torque) in &self.torques {
+            self.world.bodies[*body].add_torque(*torque, true);
+        }
+    }
+
     fn step(&mut self, part: usize) {
+        self.push();
         for (body, poses) in &self.paths {
             if let Some(pose) = poses.get(part) {
                 self.world.bodies[*body].set_next_kinematic_position(*pose);
