@@ -405,6 +405,12 @@ int main(int count, char** words) {
         stderr);
     return 2;
   }
+  for (const SpeltBody& b : scene.bodies)
+    if (b.motion == "dynamic" && vec(b.inertia).IsNearZero()) {
+      std::fprintf(stderr, "peers_jolt: found the inertia of %s, which Jolt takes for none\n",
+                   b.name.c_str());
+      return 3;
+    }
   RegisterDefaultAllocator();
   Factory::sInstance = new Factory();
   RegisterTypes();
