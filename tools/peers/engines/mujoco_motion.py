@@ -128,6 +128,7 @@ def main():
     if len(sys.argv) != 5:
         sys.exit(__doc__)
     scene = spelt.Scene(sys.argv[1])
+    sys.setrecursionlimit(10 * len(scene.bodies) + 1000)
     model = mujoco.MjModel.from_xml_string(Model(scene).text(sys.argv[3]))
     told = [("version", mujoco.__version__), ("settings", "double, connect as stiff as the step allows")]
     spelt.write_motion(sys.argv[2], told, frames_of(scene, model))

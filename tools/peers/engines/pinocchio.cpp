@@ -1,6 +1,23 @@
 // Pinocchio: the articulated-body algorithm in minimal coordinates, its constrained dynamics where
 // there are loops; Pinocchio has no integrators, so that those here are explicit ones.
 #include <algorithm>
+// clang-format off
+#include <pinocchio/math.hpp>
+namespace pinocchio {
+/// In place of the second derivatives that Data holds and nothing here asks for: cubes of the number
+/// of freedoms, 216 GB each for a thousand balls.
+struct NoTensor {
+  NoTensor() = default;
+  NoTensor(Eigen::Index, Eigen::Index, Eigen::Index) {}
+  void setZero() {}
+};
+template <typename Scalar, int Indices, int Options = 0>
+using SmallTensor = std::conditional_t<Indices == 3, NoTensor, Tensor<Scalar, Indices, Options>>;
+}  // namespace pinocchio
+#define Tensor SmallTensor
+#include <pinocchio/multibody.hpp>
+#undef Tensor
+// clang-format on
 #include <pinocchio/algorithm/aba.hpp>
 #include <pinocchio/algorithm/constrained-dynamics.hpp>
 #include <pinocchio/algorithm/kinematics.hpp>
