@@ -16,7 +16,7 @@ sys.dont_write_bytecode = True
 loader = importlib.machinery.SourceFileLoader("motion", str(ROOT / "tools/peers/motion"))
 motion = importlib.util.module_from_spec(importlib.util.spec_from_loader("motion", loader))
 loader.exec_module(motion)
-spelt = sys.modules["spelt"]
+spelt, parts = sys.modules["spelt"], sys.modules["parts"]
 import verdict  # noqa: E402
 
 SCENE = {
@@ -39,14 +39,14 @@ class Spelt(unittest.TestCase):
 
     def parts(self, **more):
         self.path.write_text(json.dumps({**SCENE, **more}))
-        return motion.Parts(self.path)
+        return parts.Parts(self.path)
 
     def test_bodies_joints_and_paths_come_back(self):
         start = {"hand": [1, 2, 0, 0, 0, 0, 1], "rod": [1, 1.5, 0, 0, 0, HALF, HALF]}
         text = self.parts().spelt(start, 3, 4)
         self.path.write_text(text)
         scene = spelt.Scene(self.path)
-        self.assertEqual((scene.frames, scene.rate, scene.parts), (3, motion.RATE, 4))
+        self.assertEqual((scene.frames, scene.rate, scene.parts), (3, parts.RATE, 4))
         self.assertEqual([(b.name, b.motion, b.mass) for b in scene.bodies],
                          [("hand", "kinematic", 1), ("rod", "dynamic", 2)])
         joint, = scene.joints
@@ -59,7 +59,7 @@ class Spelt(unittest.TestCase):
         path = [float(w) for w in next(x for x in text.splitlines() if x.startswith("path")).split()[2:]]
         self.assertEqual(len(path), 7 * 12)
         for i in range(12):
-            x = 0.5 + 0.5 * math.cos(4 * math.pi * (i + 1) / (4 * motion.RATE))
+            x = 0.5 + 0.5 * math.cos(4 * math.pi * (i + 1) / (4 * parts.RATE))
             self.assertLess(math.dist(path[7 * i:7 * i + 3], [x, 2, 0]), 1e-14)
         self.assertEqual(scene.sway.centre[1:], [2, 0])
         self.assertAlmostEqual(scene.sway.centre[0] + 0.5 * math.sin(scene.sway.phase[0]), 1)
@@ -68,10 +68,10 @@ class Spelt(unittest.TestCase):
         start = {"rod": [1, 1.5, 0, 0, 0, HALF, HALF]}
         spring = {"kind": "spring", "a": "world", "b": "rod", "point_a": [3, 2, 1], "point_b": [1, 2, 0],
                   "length": 0.7, "stiffness": 50}
-        parts = self.parts(bodies=SCENE["bodies"][1:], joints=[spring], paths=[], duration=0.03,
+        made = self.parts(bodies=SCENE["bodies"][1:], joints=[spring], paths=[], duration=0.03,
                            events=[{"type": "push", "body": "rod", "torque": [0, 0, 4]}])
-        self.assertEqual(parts.rate, 1000)
-        self.path.write_text(parts.spelt(start, 3, 4))
+        self.assertEqual(made.rate, 1000)
+        self.path.write_text(made.spelt(start, 3, 4))
         scene = spelt.Scene(self.path)
         found, = scene.springs
         self.assertEqual((found.a, found.b, found.length, found.stiffness), (-1, 0, 0.7, 50))
@@ -79,10 +79,20 @@ class Spelt(unittest.TestCase):
         self.assertLess(math.dist(found.anchor_b, [0.5, 0, 0]), 1e-15)
         self.assertEqual((scene.rate, scene.torques), (1000, [(0, [0, 0, 4])]))
 
+    def test_instances_are_written_out(self):
+        prefab = {"name": "arm", "bodies": SCENE["bodies"][1:],
+                  "joints": [{"name": "pin", "a": "world", "b": "rod", "anchor": [1, 2, 0]}]}
+        made = self.parts(bodies=[], joints=[], paths=[], prefabs=[prefab], instances=[
+            {"name": "left", "prefab": "arm"}, {"name": "right", "prefab": "arm", "position": [5, 0, 1]}])
+        self.assertEqual(list(made.bodies), ["left/rod", "right/rod"])
+        self.assertEqual([(j["name"], j["a"], j["b"], j["anchor"]) for j in made.joints],
+                         [("left/pin", "world", "left/rod", [1, 2, 0]),
+                          ("right/pin", "world", "right/rod", [6, 2, 1])])
+
     def test_any_axis_is_turned_to(self):
         for axis in ([1, 0, 0], [-1, 0, 0], [0, 3, 0], [0, 0, -1], [-5, 0.1, 0.2], [0.3, -0.4, 0.5]):
             with self.subTest(axis):
-                turned, size = spelt.rotated(motion.turn_of_x(axis), [1, 0, 0]), math.hypot(*axis)
+                turned, size = spelt.rotated(parts.turn_of_x(axis), [1, 0, 0]), math.hypot(*axis)
                 self.assertLess(math.dist(turned, [x / size for x in axis]), 1e-14)
 
     def test_what_others_cannot_express_is_refused_by_name(self):
@@ -93,6 +103,9 @@ class Spelt(unittest.TestCase):
                            ({"joints": [{**SCENE["joints"][0], "kind": "prismatic"}]}, "kind prismatic"),
                            ({"joints": [{"name": "s", "kind": "spring", "damping": 1}]}, '"damping" of s'),
                            ({"events": [{"type": "wind"}]}, "type wind"),
+                           ({"prefabs": [{"name": "p"}], "instances": [
+                               {"name": "i", "prefab": "p", "rotation_deg": [0, 1, 0]}]},
+                            '"rotation_deg" of i'),
                            ({"events": [{"type": "push", "body": "rod", "force": [1, 0, 0]}]},
                             '"force" of the push of rod'),
                            ({"paths": [{"body": "hand", "steady": {}}]}, "the path of hand")):
@@ -110,7 +123,7 @@ class Run(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             run = object.__new__(motion.Measured)
             run.rows, run.folder, run.stem, run.frames = {}, pathlib.Path(folder), "scene", 2
-            run.rate = motion.RATE
+            run.rate = parts.RATE
             run.options = types.SimpleNamespace(limit=1)
             run.parts = types.SimpleNamespace(bodies={"rod": None}, sway=None)
             run.moving, run.reference = ["rod"], {"rod": [[0, 0, 0]] * 3}
