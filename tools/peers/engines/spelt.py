@@ -22,8 +22,9 @@ def product(p, q):
 
 class Scene:
     """Bodies with name, motion, mass, inertia, position, rotation (x, y, z, w); joints with a, b (bodies
-    by number, -1: the world), is_hinge, and at the start, in world axes, anchor and axis; springs with a, b, anchors in the axes of a and b, length and stiffness;
-    torques, pairs of a body and a constant torque in world axes."""
+    by number, -1: the world), is_hinge, and at the start, in world axes, anchor and axis; springs
+    with a, b, anchors in the axes of a and b, length and stiffness; torques, pairs of a body and a
+    constant torque in world axes."""
 
     def __init__(self, path):
         self.bodies, self.joints, self.sway, self.rate, self.parts = [], [], None, 60, 1
