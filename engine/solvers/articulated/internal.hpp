@@ -52,8 +52,9 @@ void predict_motion(World& world, Island& a, Real h);
 /// islands without colliders may be left out of up to three steps in a row, and then take one for
 /// all the time.
 void choose_steps(World& world, const StepTask& task);
-/// Lets those candidates wait that do not fit into `time`, s, the least urgent first.
-void fit_into(Real time, UpdateRates& r);
+/// Lets those candidates wait that fit neither into `time`, s, nor into a weight of `least`, the
+/// least urgent first.
+void fit_into(Real time, Real least, UpdateRates& r);
 /// Leaves an island out of the step.
 void leave_out(World& world, Island& a, Real h);
 /// Before and after the islands without contacts are stepped, and at the end of the substep: learns

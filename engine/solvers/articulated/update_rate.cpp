@@ -13,6 +13,9 @@ namespace {
 
 /// Most steps in a row that an island is left out of.
 constexpr int kMostLeftOut = 3;
+/// Part of a cost that is still expected a step later: steps in which strings become taut take
+/// several times as long as those between them.
+constexpr Real kRemembered = 0.95;
 
 Real seconds(Clock::time_point from, Clock::time_point to) {
   return std::chrono::duration<Real>(to - from).count();
@@ -54,14 +57,14 @@ bool can_wait(const World& world, const Island& a, Real h) {
 
 }  // namespace
 
-void fit_into(Real time, UpdateRates& r) {
+void fit_into(Real time, Real least, UpdateRates& r) {
   std::sort(r.candidates.begin(), r.candidates.end(),
             [](const UpdateRates::Candidate& a, const UpdateRates::Candidate& b) {
               return a.urgency != b.urgency ? a.urgency > b.urgency : a.island < b.island;
             });
   for (UpdateRates::Candidate& c : r.candidates) {
-    time -= r.cost * c.weight;
-    c.waits = time < 0;
+    time -= r.cost * c.weight, least -= c.weight;
+    c.waits = time < 0 && least < 0;
     if (c.waits) r.weight -= c.weight;
   }
 }
@@ -92,8 +95,10 @@ void choose_steps(World& world, const StepTask& task) {
   }
   const Real whole = r.cost * r.weight, time = seconds(r.began, task.budget->until);
   if (whole + r.others <= time) return;
-  // Their part of the time is that of their cost.
-  fit_into(time * (whole > 0 ? whole / (whole + r.others) : 1) - r.cost * must, r);
+  // Their part of the time is that of their cost. At least as many step as lets them take turns,
+  // else all that waited would be due in the same step.
+  fit_into(time * (whole > 0 ? whole / (whole + r.others) : 1) - r.cost * must,
+           r.weight / (kMostLeftOut + 1) - must, r);
   for (const UpdateRates::Candidate& c : r.candidates)
     if (c.waits) all.list[c.island].step = 0;
 }
@@ -122,7 +127,8 @@ void note_stepped(World& world, const StepTask& task) {
   if (!task.budget) return;
   UpdateRates& r = world.memory.of<Islands>().rates;
   r.stepped = Clock::now();
-  if (r.weight > 0) r.cost = seconds(r.stepping, r.stepped) / r.weight;
+  if (r.weight > 0)
+    r.cost = std::max(kRemembered * r.cost, seconds(r.stepping, r.stepped) / r.weight);
 }
 
 void note_end(World& world, const StepTask& task) {
