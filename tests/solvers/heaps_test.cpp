@@ -150,12 +150,11 @@ TEST_CASE("random heaps of dolls, chains, boxes and balls come to rest") {
   CHECK(b.any == 0);
 }
 
-// Measured: two of 300, one of which has limbs that start within one another, are deeper than 1e-3
-// m in the end (1.9 mm), three of 600; no other bound is broken.
+// Measured: one of 300 is deeper than 1e-3 m in the end; no other bound is broken.
 TEST_CASE("three hundred random heaps", "[.soak]") {
   const Broken b = heaps(300);
   INFO(told(b));
   CHECK(b.unsound == 0);
-  CHECK(b.any <= 2);
+  CHECK(b.any <= 1);
   CHECK(b.any == b.deeper);
 }

@@ -7,11 +7,12 @@ namespace pantin::detail::articulated {
 namespace {
 
 /// s: time constants of the compensation; fraction of the compression that is compensated.
-constexpr Real kTakeUpTime = 0.4, kTakeUpTimeOfTrees = 1.5, kTakenUp = 0.998;
+constexpr Real kTakeUpTime = 0.4, kTakeUpTimeOfTrees = 2, kTakenUp = 0.998;
 /// m/s: slower bodies have their compression compensated; above the second, that is undone.
 constexpr Real kCalmSpeed = 0.005, kWildSpeed = 0.02;
-/// Of the shallow overlap: the largest compression that is compensated.
-constexpr Real kMostTakenUp = 3;
+/// In shallow overlaps: the largest compression that is compensated. Among trees those above the
+/// third are compensated faster, in proportion, so that heavy bodies do not sleep before.
+constexpr Real kMostTakenUp = 3, kHaste = 8, kHeavy = 0.5;
 /// Overlaps of trees this many times deeper than shallow ones are accepted over this time, s:
 /// interlocked bodies would be pushed back and forth for ever.
 constexpr Real kInterlocked = 4, kGiveUpTime = 2;
@@ -28,7 +29,8 @@ Real compression(const Group& g, const GroupContact& c, const Substep& s) {
 }  // namespace
 
 void take_up(const Group& g, const Substep& s, Real h) {
-  const Real part = 1 - std::exp(-h / (g.trees.empty() ? kTakeUpTime : kTakeUpTimeOfTrees));
+  const bool jointed = !g.trees.empty();
+  const Real usual = h / (jointed ? kTakeUpTimeOfTrees : kTakeUpTime);
   const Real give_up = g.trees.empty() ? 0 : h / kGiveUpTime;
   const auto speed_of = [&](std::uint32_t i) {
     const GroupBody& b = g.bodies[i];
@@ -57,6 +59,9 @@ void take_up(const Group& g, const Substep& s, Real h) {
         continue;
       }
       if (!lasts && !wild) continue;
+      const Real heavy = mean / std::max(c.shallow, kLeastRest) - kHeavy;
+      const Real haste = jointed && heavy > 0 ? 1 + kHaste * heavy : 1;
+      const Real part = 1 - std::exp(-usual * haste);
       const Real rest = lasts ? std::clamp(kTakenUp * mean, Real(0), kMostTakenUp * c.shallow) : 0;
       c.settling = (1 - part) * std::abs(rest - c.rest);
       c.rest = std::max(kLeastRest, c.rest + part * (rest - c.rest));
