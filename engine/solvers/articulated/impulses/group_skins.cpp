@@ -1,5 +1,7 @@
 // Contacts of NURBS shapes: while bodies slide and roll within a step, each moves over both faces
 // to where they are closest.
+#include <algorithm>
+
 #include "engine/geometry/skin_model.hpp"
 #include "engine/geometry/surface.hpp"
 #include "engine/solvers/articulated/impulses/group_points.hpp"
