@@ -167,9 +167,9 @@ const Island& island_of(const World& world, std::uint32_t slot) {
   return islands_of(world)[owner_of(partition_of(world), slot).island];
 }
 
-/// The shapes of a contact that moves over round NURBS faces.
+/// The shapes of a contact that moves over round NURBS faces; the ball inside a body stays in it.
 void gather_skins(const World& world, const Contact& c, GroupScratch& r, GroupContact& made) {
-  if (!is_of_rounds(c.key)) return;
+  if (contact::is_core(c.key) || !is_of_rounds(c.key)) return;
   const auto shape = [&](std::uint32_t slot, std::uint32_t index) -> const Shape* {
     const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot]);
     if (!shapes || index >= shapes->list.size()) return nullptr;
