@@ -111,3 +111,17 @@ TEST_CASE("linked rings: where a ring hangs does not depend on the step") {
   }
   for (const Real e : energies) CHECK(e == Approx(energies.back()).epsilon(2e-3));
 }
+
+TEST_CASE("linked rings: one that flies fast is held, whatever the step") {
+  for (const Real speed : {1.0, 5.0, 10.0, 20.0})
+    for (const Real h : {1.0 / 60, 1.0 / 240}) {
+      World w = chain_of_rings(2, 0.006, 1000);
+      w.gravity = Vec3(0);
+      w.bodies.values()[1].velocity = Vec3(0, -speed, 0);
+      Simulation sim(std::move(w), {h, 1, 1, true});
+      for (int i = 0; i < 0.3 / h; ++i) sim.step();
+      INFO(speed << " m/s at steps of " << h << " s");
+      CHECK(glm::length(sim.world.bodies.values()[1].pose.position) < 2 * kRadius);
+      CHECK(measure(sim.world).energy() <= 0.5 * sim.world.bodies.values()[1].mass * speed * speed);
+    }
+}

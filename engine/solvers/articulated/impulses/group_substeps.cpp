@@ -1,6 +1,8 @@
 // Number of substeps of a group, and where impacts divide them.
 #include <algorithm>
 
+#include "engine/geometry/skin_model.hpp"
+#include "engine/geometry/surface.hpp"
 #include "engine/solvers/articulated/impulses/group_points.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
@@ -18,6 +20,8 @@ constexpr int kLeastTreeSubsteps = 2, kLeastAtFewPoints = 3, kMostSubsteps = 32,
 /// rad in a substep, unless that takes too many: rotation of bodies of trees; rotation of a free
 /// body that rolls on a rim, and of its contact around the rim.
 constexpr Real kLargestTurn = 0.5, kLargestRoll = 0.1;
+/// Likewise, of the size: displacement of NURBS shapes past each other.
+constexpr Real kLargestSlide = 0.1;
 /// rad: a rim rolling further in a step touches at one point, unless it leans less than the second.
 constexpr Real kFarAround = 0.5, kFlat = 0.01;
 /// Cosine of the angle between normal and axis from which a rim leans.
@@ -70,6 +74,22 @@ Real rolling_rate(const GroupBody& b, const contact::TouchedPlace& on, Vec3 norm
                    std::abs(around * glm::dot(axis, normal) - glm::dot(b.spin, axis))});
 }
 
+/// 1/s: displacements of NURBS shapes by a part of the smaller one, past each other or turning, so
+/// that their contact can be followed.
+Real sliding_rate(const Group& g) {
+  Real rate = 0;
+  for (const GroupContact& c : g.contacts) {
+    if (c.skins == kNoNode) continue;
+    const GroupBody &a = g.a(c), &b = g.b(c);
+    const Real of_a = g.skins[c.skins].a->surface->model->size,
+               of_b = g.skins[c.skins].b->surface->model->size;
+    const Real speed = glm::length(a.velocity - b.velocity) + of_a * glm::length(a.spin) +
+                       of_b * glm::length(b.spin);
+    rate = std::max(rate, speed / (kLargestSlide * std::min(of_a, of_b)));
+  }
+  return std::min(rate, Real(1e9));
+}
+
 int substeps_of_free(const Group& g, Real h) {
   bool rims = false;
   Real rate = 0;
@@ -80,7 +100,8 @@ int substeps_of_free(const Group& g, Real h) {
         {rate, rolling_rate(g.a(c), c.on_a, c.axes[0]), rolling_rate(g.b(c), c.on_b, c.axes[0])});
   }
   const Real longest = g.is_single() && !rims ? kLongestHardSubstep : kLongestSubstep;
-  const Real least = h * std::max(1 / longest, std::min(rate, Real(1e9)) / kLargestRoll);
+  const Real least =
+      h * std::max({1 / longest, std::min(rate, Real(1e9)) / kLargestRoll, sliding_rate(g)});
   return std::clamp(static_cast<int>(std::ceil(least)), 1, kMostRimSubsteps);
 }
 
@@ -94,7 +115,8 @@ int substeps_of(const Group& g, Real h) {
       fastest = std::max(fastest, glm::length(b.looped == kNoNode ? b.spin : turning_of(b)));
   const Real least =
       std::max({Real(has_few_points(g, kStepOfFewPoints) ? kLeastAtFewPoints : kLeastTreeSubsteps),
-                h / kLongestTreeSubstep, h * std::min(fastest, Real(1e9)) / kLargestTurn});
+                h / kLongestTreeSubstep, h * std::min(fastest, Real(1e9)) / kLargestTurn,
+                h * sliding_rate(g)});
   return static_cast<int>(std::ceil(std::min(least, Real(kMostSubsteps))));
 }
 
