@@ -66,8 +66,10 @@ class Moving {
   }
   const Shape& shape() const { return *at_.shape; }
   Vec3 velocity() const { return velocity_; }
-  /// rad/s
-  Real turning() const { return glm::length(spin_); }
+  /// Bound on the speed that its rotation gives to its points, m/s. Planes have no end, but rest.
+  Real fastest_by_turning() const {
+    return spin_ == Vec3(0) ? Real(0) : at_.extent * glm::length(spin_);
+  }
 
  private:
   const ColliderShape& at_;
@@ -92,10 +94,10 @@ struct MovingPair {
   Real closing(const ContactPoint& p, Real t) const {
     return -glm::dot(p.normal, a.speed_at(p.on_a, t) - b.speed_at(p.on_b, t));
   }
-  /// Bound on the relative speed of their points, m/s, given their extents.
-  Real fastest(Real extent_a, Real extent_b) const {
-    return glm::length(a.velocity() - b.velocity()) + extent_a * a.turning() +
-           extent_b * b.turning();
+  /// Bound on the relative speed of their points, m/s.
+  Real fastest() const {
+    return glm::length(a.velocity() - b.velocity()) + a.fastest_by_turning() +
+           b.fastest_by_turning();
   }
   void find_at(Real time) {
     search.points.clear();
@@ -167,7 +169,7 @@ void advance_to_impact(const SweptSearch& s, Search& search, const ColliderShape
   const Real size = std::min(on_a.extent, on_b.extent);
   if (points.empty() && (is_skin(*on_a.shape) || is_skin(*on_b.shape))) {
     const MovingPair m{Moving(s, on_a), Moving(s, on_b), size, 0, search};
-    look_ahead(s, m, s.h * m.fastest(on_a.extent, on_b.extent));
+    look_ahead(s, m, s.h * m.fastest());
   }
   if (points.empty() || !is_convex(*on_a.shape) || !is_convex(*on_b.shape)) return;
   const Real reach = s.reach_between(search, on_a.slot, on_b.slot, s.reach_of(on_a.slot));

@@ -33,6 +33,16 @@ CLAIM("rolling_ball", "a ball rolls on the flat at constant speed") {
   CHECK(p.place("ball").x == Approx(5).epsilon(1e-3));
 }
 
+CLAIM("skidding_ball", "a ball skids down a slope until it rolls") {
+  const Played p = play("skidding_ball");
+  // It grips after 3 / (7/2 mu g cos - g sin) s, and gains 5/7 g sin from then on.
+  const Real down = 9.81 * std::sin(20 * kPi / 180), rubs = 0.5 * 9.81 * std::cos(20 * kPi / 180);
+  const Real grips = 3 / (3.5 * rubs - down);
+  const Real speed = 2.5 * rubs * grips + 5 * down / 7 * (2 - grips);
+  CHECK(glm::length(p.body("ball").velocity) == Approx(speed).epsilon(1e-3));
+  CHECK(p.body("ball").angular_velocity.z == Approx(-speed / 0.1).epsilon(1e-3));
+}
+
 CLAIM("incline", "on 27 degrees a box slides, just steeper than friction holds it") {
   const Played p = play("incline");
   // g (sin 27 - 0.5 cos 27), after 5 s; the slope descends along x.
