@@ -180,12 +180,12 @@ class FieldReader {
     });
   }
 
-  template <class T>
-  void read_in_place(std::vector<T>& list) {
+  template <class List>
+  void read_in_place(List& list) {
     std::uint64_t count = 0;
     get(&count, sizeof count);
     if (count != list.size()) return fail("has a length that does not match the structure");
-    for (T& element : list) read(element);
+    for (auto& element : list) read(element);
   }
 
   template <class... Kinds>

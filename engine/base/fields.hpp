@@ -29,6 +29,7 @@
 
 #include "engine/base/hash.hpp"
 #include "engine/base/math.hpp"
+#include "engine/base/stable_vector.hpp"
 
 namespace pantin::detail {
 
@@ -128,6 +129,8 @@ template <class T>
 inline constexpr bool kIsVector = false;
 template <class T>
 inline constexpr bool kIsVector<std::vector<T>> = true;
+template <class T>
+inline constexpr bool kIsVector<StableVector<T>> = true;
 template <class T>
 inline constexpr bool kIsOptional = false;
 template <class T>

@@ -34,6 +34,7 @@ struct StartPose {
 struct CollisionFilter {
   std::uint32_t groups = 0, with = 0;
   bool sensor = false;
+  bool is_known = false;  // has been compared
   bool operator==(const CollisionFilter&) const = default;
 };
 
@@ -57,7 +58,6 @@ struct DetectScratch {
   int resting_active = 0;                // active contacts in Memory::resting
   Real resting_depth = 0;                // m, the largest depth in Memory::resting
   bool stale = false;                    // the structure changed: contacts are detected again
-  bool renumbered = false;               // bodies or Collisions moved to other slots
   Search search;
 };
 

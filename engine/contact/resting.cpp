@@ -65,16 +65,24 @@ void split_resting(const SweptSearch& s, Memory& memory) {
   sum_up_resting(memory);
 }
 
+void renumber_filters(const World& world, std::vector<CollisionFilter>& filters) {
+  if (!world.collisions.has_moved()) return;
+  std::vector<CollisionFilter> now(world.collisions.size());
+  for (std::uint32_t then = 0; then < filters.size(); ++then)
+    if (const std::uint32_t slot = world.collisions.slot_now(then); slot != kNoSlot)
+      now[slot] = filters[then];
+  filters = std::move(now);
+}
+
 bool note_collisions(World& world) {
   std::vector<CollisionFilter>& before = world.memory.of<Memory>().scratch.filters;
   const auto collisions = world.collisions.values();
-  const std::size_t known = before.size();
-  bool same = known <= collisions.size();  // what was added supported nobody
+  bool same = true;
   before.resize(collisions.size());
   for (std::size_t i = 0; i < before.size(); ++i) {
     const Collision& c = collisions[i];
-    const CollisionFilter now{c.groups, c.with, c.sensor};
-    same = same && (i >= known || before[i] == now);
+    const CollisionFilter now{c.groups, c.with, c.sensor, true};
+    same = same && (!before[i].is_known || before[i] == now);
     before[i] = now;
   }
   return !same;

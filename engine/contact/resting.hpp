@@ -48,7 +48,10 @@ void release_resting(Memory& memory, const Wakes& wakes) {
 /// rest (colliders.cpp).
 void renumber_resting(const World& world, RestingColliders& resting);
 
-/// Whether any CollisionFilter has changed since the last call; slots must be the same.
+/// The same for the filters that the next function compares.
+void renumber_filters(const World& world, std::vector<CollisionFilter>& filters);
+
+/// Whether any CollisionFilter has changed since the last call. Those that came since have not.
 bool note_collisions(World& world);
 
 }  // namespace pantin::detail::contact

@@ -41,11 +41,13 @@ struct StepSettings {
   ContactFilter filter = {};
   /// s: time in which a step should be computed; 0: as long as it takes.
   ///
-  /// What is jointed and does not collide gives way by its update rate: bodies joined to one
-  /// another stay where they are for up to three steps and then take one for all the time, those
-  /// with the smallest product of importance and waiting time first. So they never move by more
-  /// than four steps' way at once. StepReport::left_out tells how many wait. Those that a force
-  /// pushes or that were changed do not wait.
+  /// What is jointed and does not collide gives way in two stages. First, once the time is just
+  /// enough for the rest, strings that become taut and limits that are hit are no longer followed
+  /// within the step, but act at its end (StepReport::hurried). Then by its update rate: bodies
+  /// joined to one another stay where they are for up to three steps and then take one for all the
+  /// time, those with the smallest product of importance and waiting time first. So they never move
+  /// by more than four steps' way at once. StepReport::left_out tells how many wait. Those that a
+  /// force pushes or that were changed do not wait.
   ///
   /// Bodies in contact give way, each group by its share of the time that is left: it takes fewer
   /// and longer substeps, with fewer sweeps. Joints stay closed, and no energy is added; contacts

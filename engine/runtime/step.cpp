@@ -86,9 +86,7 @@ bool anybody_feels(const World& world) {
 /// Wakes bodies whose support no longer collides with them: it became a sensor, or left their
 /// groups.
 void wake_unsupported(World& world) {
-  // Slots that belong to other bodies now cannot be compared.
-  const bool is_renumbered = world.memory.of<contact::Memory>().scratch.renumbered;
-  if (!contact::note_collisions(world) && !is_renumbered) return;
+  if (!contact::note_collisions(world)) return;
   const auto on = [&](std::uint32_t slot) {
     const Collision* c = world.collisions.find(world.bodies.owners()[slot]);
     return c && !c->sensor ? c : nullptr;
@@ -138,7 +136,7 @@ bool detect_contacts(World& world, const StepTask& task) {
     contacts.clear(), world.memory.of<contact::Memory>().resting.clear();
     scratch.search.sensors = 0;
   }
-  scratch.stale = scratch.renumbered = false;
+  scratch.stale = false;
   for (const SolverRow* solver : kSolvers) solver->take_contacts(world, task.h);
   return true;
 }

@@ -8,13 +8,13 @@
 namespace pantin::detail {
 
 /// All islands of a solver.
-template <class Island>
+template <class Island, class List = std::vector<Island>>
 struct IslandList {
   struct ListScratch {
     std::size_t prepared = 0;  // number of islands with scratch memory; 0 in a copy
   };
 
-  std::vector<Island> list;
+  List list;
   Scratch<ListScratch> scratch;
 
   static void fields(auto& self, auto&& field) {

@@ -69,7 +69,7 @@ void renumber_contacts(World& world, std::size_t bodies_then) {
   contact::Memory& memory = world.memory.of<contact::Memory>();
   memory.scratch.stale = true;
   if (!world.bodies.has_moved() && !world.collisions.has_moved()) return;
-  memory.scratch.renumbered = true;
+  contact::renumber_filters(world, memory.scratch.filters);
   contact::renumber_resting(world, memory.scratch.search.resting);
   const std::vector<std::uint32_t> now = solid_slots(world, bodies_then);
   const auto slot_of = [&](std::uint32_t then) { return then < now.size() ? now[then] : kNoSlot; };

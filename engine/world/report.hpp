@@ -78,6 +78,9 @@ struct StepReport {
   Entity uncertain_at;  // the place of contact is uncertain; the first of them
   int unsolved = 0;     // groups of islands whose contacts were not solved to the tolerance
   Entity unsolved_at;   // a body of the first
+  int hurried = 0;      // islands whose impacts were not followed within the step, for
+                        // StepSettings::budget
+  Entity hurried_at;    // a body of the first
   int left_out = 0;     // islands that took no step, for StepSettings::budget
   Entity left_out_at;   // a body of the first
   int shortened = 0;    // groups in contact that took fewer substeps, for StepSettings::budget

@@ -152,6 +152,29 @@ TEST_CASE("budget: puppets that wait follow their strings, and jump by four step
   CHECK(apart < 0.1);
 }
 
+TEST_CASE("budget: without time impacts do not divide steps, and add no energy", "") {
+  const World start = must(load_scene(asset("scenes/crowd.json"))).world;
+  StepSettings how = with_budget(kNoTime);
+  how.measure = true;
+  Simulation late = Simulation::copy_of(start, how),
+             sim = Simulation::copy_of(start, with_budget(kMuchTime));
+  int stepped = 0;
+  for (int n = 0; n < 60; ++n) {
+    const StepReport report = late.step();
+    REQUIRE(report.status == Status::ok);
+    CHECK(report.hurried == 100 - report.left_out);
+    CHECK(report.limited == 0);
+    CHECK((report.hurried == 0 || late.world.bodies.find(report.hurried_at) != nullptr));
+    stepped += report.hurried;
+    CHECK(sim.step().hurried == 0);
+  }
+  CHECK(stepped > 1000);
+  // With time again, impacts are followed.
+  late.settings.budget = kMuchTime;
+  for (int n = 0; n < 200; ++n) late.step();
+  CHECK(late.step().hurried == 0);
+}
+
 TEST_CASE("budget: a World saved while puppets wait goes on with the same bits", "") {
   Simulation sim = Simulation::copy_of(must(load_scene(asset("scenes/marionette.json"))).world,
                                        with_budget(kNoTime));

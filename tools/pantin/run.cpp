@@ -57,6 +57,7 @@ struct Summary {
   double energy_removed = 0;          // J, by the energy limiter
   std::uint64_t shortened_steps = 0;  // for the budget
   int left_out = 0;                   // islands that took no step, at most
+  int hurried = 0;                    // islands whose impacts were not followed, at most
   double given_up = 0;                // at most, of the substeps of a group
   std::uint64_t limited_steps = 0, rescued_steps = 0, allocations = 0, timed_steps = 0;
   std::vector<double> step_seconds;
@@ -113,6 +114,7 @@ StepReport timed_step(Simulation& sim, double until, Summary& s) {
   s.most_sweeps = std::max(s.most_sweeps, report.sweeps_used);
   s.energy_removed += report.energy_removed;
   s.shortened_steps += report.shortened > 0, s.left_out = std::max(s.left_out, report.left_out);
+  s.hurried = std::max(s.hurried, report.hurried);
   s.given_up = std::max(s.given_up, report.given_up);
   s.limited_steps += report.limited > 0, s.rescued_steps += report.rescued > 0;
   s.worst_violation = std::max(s.worst_violation, m.worst_violation);
@@ -167,6 +169,7 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
   j["shortened_steps"] = s.shortened_steps;
   j["given_up_max"] = s.given_up;
   j["left_out_max"] = s.left_out;
+  j["hurried_max"] = s.hurried;
   j["limited_steps"] = s.limited_steps;
   j["energy_removed_j"] = s.energy_removed;
   j["rescued_steps"] = s.rescued_steps;
@@ -264,6 +267,10 @@ void print_summary(const RunChoices& c, const Scene& scene, const Simulation& si
   if (s.shortened_steps > 0)
     fmt::print("  budget      substeps were left out in {} steps, at most {:.0f} % of a group's\n",
                s.shortened_steps, 100 * s.given_up);
+  if (s.hurried > 0)
+    fmt::print(
+        "  budget      impacts of up to {} islands at once were not followed within a step\n",
+        s.hurried);
   if (s.left_out > 0)
     fmt::print(
         "  budget      up to {} islands at once were left out of a step, and took longer ones\n",

@@ -41,7 +41,8 @@ ns_per_link_step_p99, frame_ms_median, frame_ms_p99 (a step, without drawing),
 allocations_per_step, hash, frames_written, cpu_ms_per_frame (all threads, start-up excluded),
 worst_residual_m, sweeps_max, budget_ms, shortened_steps and given_up_max (substeps left out for
 the budget, at most as a fraction of those of a group), left_out_max (islands that took no step
-for the budget, at most), limited_steps and energy_removed_j (by the energy limiter of auto),
+for the budget, at most), hurried_max (islands whose impacts were not followed within a step for the
+budget, at most), limited_steps and energy_removed_j (by the energy limiter of auto),
 rescued_steps (failed in the integrator, taken by
 Euler's method), contacts (with force, at the end), contacts_max,
 contact_depth_m (worst overlap after a step), limit_hits (joints at a limit, at the end),

@@ -101,7 +101,7 @@ Island renumbered(Island old, Island& made) {
 }
 
 /// Keeps the state of islands whose structure is unchanged.
-void keep_unchanged(World& world, std::vector<Island>& before, std::vector<Island>& made) {
+void keep_unchanged(World& world, IslandVector& before, IslandVector& made) {
   const bool edited = world.edit_count != partition_of(world).edit_count;
   std::vector<std::uint32_t> at(world.bodies.size(), kNoSlot);  // by slot of the first body
   for (std::uint32_t i = 0; i < before.size(); ++i)
@@ -123,8 +123,7 @@ struct Remembered {
   std::size_t column = 0;
 };
 
-void carry_memory(const std::vector<Island>& before, const World& world,
-                  std::vector<Island>& made) {
+void carry_memory(const IslandVector& before, const World& world, IslandVector& made) {
   std::vector<Remembered> old(world.bodies.size());
   for (const Island& a : before)
     for (std::size_t c = 0; c < a.count(); ++c)
@@ -193,7 +192,7 @@ bool is_as_before(const World& world, const IslandPlan& plan, const Island& a) {
 
 }  // namespace
 
-std::size_t keep_first(World& world, std::span<const IslandPlan> plans, std::vector<Island>& list) {
+std::size_t keep_first(World& world, std::span<const IslandPlan> plans, IslandVector& list) {
   Partition& partition = world.memory.of<Partition>();
   if (world.edit_count != partition.edit_count) return 0;  // sleeping islands have to wake
   const std::vector<std::uint8_t> tied = list_tied(world);
@@ -209,7 +208,7 @@ std::size_t keep_first(World& world, std::span<const IslandPlan> plans, std::vec
   return kept;
 }
 
-void carry_over(World& world, std::vector<Island>& before, std::vector<Island>& made) {
+void carry_over(World& world, IslandVector& before, IslandVector& made) {
   carry_memory(before, world, made);
   keep_unchanged(world, before, made);
 }

@@ -404,7 +404,7 @@ Island pack(Builder& b, const IslandPlan& plan, std::uint32_t index) {
   return a;
 }
 
-void tie_loops(Builder& b, std::vector<Island>& made) {
+void tie_loops(Builder& b, IslandVector& made) {
   for (const Loop& loop : b.loops) {
     Island& a = made[b.island[loop.body]];
     PANTIN_ASSERT(b.island[loop.body] == b.island[loop.partner] &&
@@ -419,7 +419,7 @@ void tie_loops(Builder& b, std::vector<Island>& made) {
   }
 }
 
-void add_cables(Builder& b, std::vector<Island>& made) {
+void add_cables(Builder& b, IslandVector& made) {
   World& world = b.world;
   for (const std::uint32_t i : b.scope.cables) {
     const Cable& s = world.cables.values()[i];
@@ -439,13 +439,12 @@ void add_cables(Builder& b, std::vector<Island>& made) {
 
 }  // namespace
 
-std::vector<Island> pack_islands(World& world, const Scope& scope,
-                                 std::span<const IslandPlan> plans) {
+IslandVector pack_islands(World& world, const Scope& scope, std::span<const IslandPlan> plans) {
   Builder b(world, scope);
   read_links(b);
   read_pins(b);
   check_strings(b);
-  std::vector<Island> made;
+  IslandVector made;
   made.reserve(plans.size());
   for (std::size_t i = 0; i < plans.size(); ++i)
     made.push_back(pack(b, plans[i], static_cast<std::uint32_t>(i)));

@@ -116,7 +116,7 @@ void take_contact(World& world, std::uint32_t contact, ContactBody which, Real h
 
 void assign_contacts(World& world, Real h) {
   RestLists& rest = rest_lists(world);
-  std::vector<Island>& list = islands_of(world);
+  IslandVector& list = islands_of(world);
   for (const std::uint32_t i : rest.awake) list[i].scratch.contact_rows.clear();
   for (const std::uint32_t i : rest.touched) list[i].scratch.contact_rows.clear();
   rest.touched.clear();

@@ -23,14 +23,13 @@ void assert_packed(const Island& a);
 void assert_gathered(const Group& g);
 
 /// Packs islands from their plans, with all that ties them in the scope (compile.cpp).
-std::vector<Island> pack_islands(World& world, const Scope& scope,
-                                 std::span<const IslandPlan> plans);
+IslandVector pack_islands(World& world, const Scope& scope, std::span<const IslandPlan> plans);
 /// The end of a build: carries the state of the previous islands over to those made from the same
 /// bodies. Islands of unchanged structure keep their whole state.
-void carry_over(World& world, std::vector<Island>& before, std::vector<Island>& made);
+void carry_over(World& world, IslandVector& before, IslandVector& made);
 /// Before it: keeps the leading islands that are unchanged free bodies, and returns their number.
 /// Bodies added to a World come after them.
-std::size_t keep_first(World& world, std::span<const IslandPlan> plans, std::vector<Island>& list);
+std::size_t keep_first(World& world, std::span<const IslandPlan> plans, IslandVector& list);
 
 /// Poses of the packed bodies: rows of the work table.
 struct PoseRows {
@@ -59,6 +58,16 @@ void fit_into(Real time, Real least, UpdateRates& r);
 void leave_out(World& world, Island& a, Real h);
 /// Before and after the islands without contacts are stepped, and at the end of the substep: learns
 /// what they cost.
+/// Relative cost of a substep of an island.
+Real weight_of(const Island& a);
+/// Whether substeps of a weight, which have to be taken, leave no time for others.
+bool is_late(const UpdateRates& r, Real weight);
+/// Sets Effort::hurries_from of the islands that are stepped one after the other.
+void share_time(World& world, const StepTask& task);
+inline bool has_to_hurry(const Island& a) {
+  const Clock::time_point from = a.scratch.hurries_from;
+  return from != Clock::time_point::max() && Clock::now() > from;
+}
 void note_stepping(World& world, const StepTask& task);
 void note_stepped(World& world, const StepTask& task);
 void note_end(World& world, const StepTask& task);
@@ -176,7 +185,9 @@ void take_part(World& world, Island& a, PartedStep& step);
 /// After the last substep. False if a body is lost, which `lost` then names.
 bool end_parts(World& world, Island& a, const PartedStep& step, Entity& lost);
 /// Before a step: clears the result of the last one.
-inline void forget_result(Island& a) { a.lost = Entity{}, a.energy_removed = 0, a.jammed = false; }
+inline void forget_result(Island& a) {
+  a.lost = Entity{}, a.energy_removed = 0, a.jammed = a.scratch.hurried = false;
+}
 /// Batches of islands of equal structure (crowd.cpp): finds them after a build; steps them.
 void find_crowds(const World& world, Islands& all);
 /// After a rebuild: batches lose islands, and are found again after many came.

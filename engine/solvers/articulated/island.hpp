@@ -11,6 +11,7 @@
 #include "engine/base/fields.hpp"
 #include "engine/base/invariants.hpp"
 #include "engine/base/math.hpp"
+#include "engine/base/stable_vector.hpp"
 #include "engine/joints/joint.hpp"
 #include "engine/joints/reel.hpp"
 #include "engine/joints/stops.hpp"
@@ -143,7 +144,14 @@ struct TieScratch {
 };
 
 /// Scratch memory of one step of one island.
-struct StepScratch : BodyScratch, TieScratch, TieEquations {};
+/// What a step with a budget gives to an island, and what it took (update_rate.cpp).
+struct Effort {
+  Clock::time_point hurries_from = Clock::time_point::max();
+  int attempts = 1;      // substeps tried in the last step
+  bool hurried = false;  // impacts and losses of energy did not divide the end of it
+};
+
+struct StepScratch : BodyScratch, TieScratch, TieEquations, Effort {};
 
 /// One tree of the island: bodies [first, first + count), parents before children.
 struct Tree {
@@ -401,14 +409,16 @@ struct UpdateRates {
     bool waits;
   };
   std::vector<Candidate> candidates;
-  Real cost = 0;    // s, of a unit of weight
+  Real cost = 0;    // s, of a unit of weight in a substep
   Real others = 0;  // s: of everything else in a substep, with all substeps of groups in contact
   Real weight = 0;  // of the islands that are stepped
-  Clock::time_point began, stepping, stepped;
+  bool is_shared = false;  // Effort::hurries_from is set
+  Clock::time_point began, stepping, stepped, until;
 };
 
 /// All islands of the articulated solver.
-struct Islands : IslandList<Island> {
+using IslandVector = StableVector<Island>;
+struct Islands : IslandList<Island, IslandVector> {
   static constexpr std::string_view name = "articulated";  // in saved Worlds
   Scratch<RestLists> rest;
   Scratch<GroupScratch> groups;
@@ -425,8 +435,8 @@ struct Islands : IslandList<Island> {
 };
 
 /// The compiled islands of a World.
-inline std::vector<Island>& islands_of(World& world) { return world.memory.of<Islands>().list; }
-inline const std::vector<Island>& islands_of(const World& world) {
+inline IslandVector& islands_of(World& world) { return world.memory.of<Islands>().list; }
+inline const IslandVector& islands_of(const World& world) {
   return world.memory.of<Islands>().list;
 }
 

@@ -11,7 +11,7 @@ namespace pantin::detail::articulated {
 namespace {
 
 void predict(World& world, const StepTask& task) {
-  std::vector<Island>& all = islands_of(world);
+  IslandVector& all = islands_of(world);
   const std::vector<std::uint32_t>& awake = rest_lists(world).awake;
   choose_steps(world, task);
   for_each_island(awake.size(), task, [&](std::size_t i) {
@@ -22,7 +22,7 @@ void predict(World& world, const StepTask& task) {
 
 /// Predicts islands that were compiled within the step.
 void catch_up(World& world, const StepTask& task) {
-  std::vector<Island>& all = islands_of(world);
+  IslandVector& all = islands_of(world);
   for (const std::uint32_t i : rest_lists(world).awake) {
     Island& a = all[i];
     if (!a.scratch.predicted) a.step = task.h + a.owed, update(world, a, a.step);
@@ -30,10 +30,11 @@ void catch_up(World& world, const StepTask& task) {
 }
 
 void adjust_all(World& world, const StepTask& task) {
-  std::vector<Island>& all = islands_of(world);
+  IslandVector& all = islands_of(world);
   const std::vector<std::uint32_t>& awake = rest_lists(world).awake;
   note_stepping(world, task);
   step_crowds(world, task);
+  share_time(world, task);
   for_each_island(awake.size(), task, [&](std::size_t i) {
     Island& a = all[awake[i]];
     if (a.in_crowd) return;
@@ -123,8 +124,8 @@ void measure(const World& world, Measures& m) {
 /// What islands and groups gave up for the budget.
 void report_costs(const World& world, StepReport& report) {
   each_awake(world, [&](const Island& a) {
-    if (!(a.owed > 0)) return;
-    if (report.left_out++ == 0) report.left_out_at = a.bodies.front();
+    if (a.owed > 0 && report.left_out++ == 0) report.left_out_at = a.bodies.front();
+    if (a.scratch.hurried && report.hurried++ == 0) report.hurried_at = a.bodies.front();
   });
   for (const GroupCost& c : world.memory.of<Islands>().groups.costs) {
     if (c.substeps >= c.planned) continue;

@@ -30,10 +30,11 @@ void sort_once(std::vector<std::uint32_t>& islands) {
 /// To be called when an island fell asleep or woke.
 void note_rest(World& world, const Island& a) {
   Islands& all = world.memory.of<Islands>();
-  PANTIN_ASSERT(&a >= all.list.data() && &a < all.list.data() + all.list.size());
+  const std::uint32_t island = owner_of(partition_of(world), a.slots.front()).island;
+  PANTIN_ASSERT(&a == &all.list[island]);
   std::vector<std::uint32_t>& changed = all.rest.changed;
   if (changed.size() == changed.capacity()) sort_once(changed);
-  changed.push_back(static_cast<std::uint32_t>(&a - all.list.data()));
+  changed.push_back(island);
   ++world.memory.of<Partition>().rest_version;
 }
 

@@ -1,7 +1,10 @@
-// Islands that are left out of a step, so that it ends within its budget. An island without
-// colliders can wait: the energy-momentum method is stable at any step, so it later takes one step
-// for all the time. Games know this as update rate optimisation.
+// A step of islands without contacts that ends within its budget. First impacts and losses of
+// energy stop dividing steps, as soon as there is time for one substep of each island only. Where
+// that is not enough, islands are left out. One without colliders can wait: the energy-momentum
+// method is stable at any step, so it later takes one step for all the time. Games know this as
+// update rate optimisation.
 #include <algorithm>
+#include <utility>
 
 #include "engine/base/check.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
@@ -19,11 +22,6 @@ constexpr Real kRemembered = 0.95;
 
 Real seconds(Clock::time_point from, Clock::time_point to) {
   return std::chrono::duration<Real>(to - from).count();
-}
-
-/// Relative cost of a step: joints that constrain rotations cost severalfold (see README.md).
-Real weight_of(const Island& a) {
-  return static_cast<Real>((a.joints.empty() ? 1 : 4) * a.count() + 2 * tie_count(a));
 }
 
 /// Whether the caller changed a body, or a force acts on it.
@@ -56,6 +54,11 @@ bool can_wait(const World& world, const Island& a, Real h) {
 }
 
 }  // namespace
+
+// Joints that constrain rotations cost severalfold (see README.md).
+Real weight_of(const Island& a) {
+  return static_cast<Real>((a.joints.empty() ? 1 : 4) * a.count() + 2 * tie_count(a));
+}
 
 void fit_into(Real time, Real least, UpdateRates& r) {
   std::sort(r.candidates.begin(), r.candidates.end(),
@@ -94,11 +97,14 @@ void choose_steps(World& world, const StepTask& task) {
     r.candidates.push_back({matters * a.step, weight, i, false});
   }
   const Real whole = r.cost * r.weight, time = seconds(r.began, task.budget->until);
-  if (whole + r.others <= time) return;
-  // Their part of the time is that of their cost. At least as many step as lets them take turns,
-  // else all that waited would be due in the same step.
-  fit_into(time * (whole > 0 ? whole / (whole + r.others) : 1) - r.cost * must,
-           r.weight / (kMostLeftOut + 1) - must, r);
+  const bool fits = whole + r.others <= time;
+  // Else their part of the time is that of their cost.
+  const Real own = fits ? time - r.others : time * (whole > 0 ? whole / (whole + r.others) : 1);
+  r.until = r.began + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<Real>(own));
+  if (fits) return;
+  // At least as many step as lets them take turns, else all that waited would be due in the same
+  // step.
+  fit_into(own - r.cost * must, r.weight / (kMostLeftOut + 1) - must, r);
   for (const UpdateRates::Candidate& c : r.candidates)
     if (c.waits) all.list[c.island].step = 0;
 }
@@ -119,16 +125,41 @@ void leave_out(World& world, Island& a, Real h) {
   predict_still(world, a);
 }
 
+bool is_late(const UpdateRates& r, Real weight) {
+  return seconds(Clock::now(), r.until) < r.cost * weight;
+}
+
+void share_time(World& world, const StepTask& task) {
+  Islands& all = world.memory.of<Islands>();
+  if (!task.budget && !std::exchange(all.rates.is_shared, false)) return;
+  all.rates.is_shared = task.budget != nullptr;
+  const std::vector<std::uint32_t>& awake = rest_lists(world).awake;
+  Real left = 0;  // s, of this one and those after it
+  for (auto i = awake.rbegin(); i != awake.rend(); ++i) {
+    Island& a = all.list[*i];
+    a.scratch.hurries_from = Clock::time_point::max();
+    if (!task.budget || a.in_crowd || a.in_group || a.step == 0) continue;
+    left += all.rates.cost * weight_of(a);
+    a.scratch.hurries_from = all.rates.until - std::chrono::duration_cast<Clock::duration>(
+                                                   std::chrono::duration<Real>(left));
+  }
+}
+
 void note_stepping(World& world, const StepTask& task) {
   if (task.budget) world.memory.of<Islands>().rates.stepping = Clock::now();
 }
 
 void note_stepped(World& world, const StepTask& task) {
   if (!task.budget) return;
-  UpdateRates& r = world.memory.of<Islands>().rates;
+  Islands& all = world.memory.of<Islands>();
+  UpdateRates& r = all.rates;
   r.stepped = Clock::now();
-  if (r.weight > 0)
-    r.cost = std::max(kRemembered * r.cost, seconds(r.stepping, r.stepped) / r.weight);
+  Real tried = 0;
+  for (const std::uint32_t i : rest_lists(world).awake) {
+    Island& a = all.list[i];
+    if (!a.in_group && a.step > 0) tried += weight_of(a) * std::exchange(a.scratch.attempts, 1);
+  }
+  if (tried > 0) r.cost = std::max(kRemembered * r.cost, seconds(r.stepping, r.stepped) / tried);
 }
 
 void note_end(World& world, const StepTask& task) {

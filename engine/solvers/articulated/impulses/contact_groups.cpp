@@ -138,7 +138,7 @@ void write_joint(World& world, Island& a, const GroupNode& n, Real h) {
 
 /// Writes back bodies, joints and warm starts of the group's islands.
 void write_group(World& world, const Group& g, Real h) {
-  std::vector<Island>& list = islands_of(world);
+  IslandVector& list = islands_of(world);
   for (const GroupTree& t : g.trees) list[t.island].energy_removed += t.energy_removed;
   for (const GroupTie& t : g.ties) {
     PANTIN_ASSERT(t.island < list.size() && list[t.island].in_group);
@@ -205,7 +205,7 @@ bool bears_moving_surface(const GroupContact& c) {
 
 /// Puts a group to sleep once all of it has been still for long enough.
 void let_sleep(World& world, const Group& g, Real h) {
-  std::vector<Island>& list = islands_of(world);
+  IslandVector& list = islands_of(world);
   for (const GroupContact& c : g.contacts) {
     if (!(c.passed.x > 0)) continue;
     list[g.a(c).island].contact_active = true;

@@ -299,7 +299,7 @@ GroupBody gather_pose(const World& world, std::uint32_t slot, Real h) {
 
 void gather_groups(const World& world, GroupScratch& r, Real h) {
   const Partition& partition = partition_of(world);
-  const std::vector<Island>& list = islands_of(world);
+  const IslandVector& list = islands_of(world);
   const std::vector<Contact>& contacts = contacts_of(world);
   r.order.clear(), r.groups.clear(), r.bodies.clear(), r.contacts.clear();
   r.nodes.clear(), r.trees.clear(), r.crosses.clear(), r.ties.clear(), r.rollings.clear();

@@ -83,12 +83,12 @@ bool is_still(const Island& a) {
 
 /// Ratio of due to computed energy above which a substep is divided: the velocity projection at its
 /// end removes the difference. Cables can rotate fast, and lose little where substeps resolve that.
-Real most_due(const Island& a, Real part, int attempt) {
+Real most_due(const Island& a, const PartedStep& s) {
   constexpr Real kNoBound = std::numeric_limits<Real>::infinity(), kByTrees = 1.2,
                  kByCables = 1.0001;
-  if (!a.pins.empty() || !ties_hold_still(a)) return kNoBound;
-  if (!a.cables.empty()) return part > 1 && attempt < kDividingAttempts ? kByCables : kNoBound;
-  return part > kParts / kResolvingParts && is_still(a) ? kByTrees : kNoBound;
+  if (s.hurries || !a.pins.empty() || !ties_hold_still(a)) return kNoBound;
+  if (!a.cables.empty()) return s.part > 1 && s.attempt < kDividingAttempts ? kByCables : kNoBound;
+  return s.part > kParts / kResolvingParts && is_still(a) ? kByTrees : kNoBound;
 }
 
 /// Takes the rest of a step by sweeps, which always terminate.
@@ -127,6 +127,9 @@ bool all_found(const World& world, const Island& a, Entity& lost) {
   return true;
 }
 
+/// Whether blows at limits are followed in time.
+bool follows_blows(const PartedStep& s) { return !s.hurries && 2 * s.attempt < kMostAttempts; }
+
 }  // namespace
 
 bool conserves(const World& world, const Island& a) {
@@ -149,14 +152,14 @@ PartedStep begin_parts(World& world, Island& a, Real h) {
 
 ConservingInput begin_part(World& world, Island& a, PartedStep& s) {
   PANTIN_ASSERT(s.part > 0 && s.part <= s.left);
+  if (s.hurries) s.part = s.bent = std::min(s.usual, s.left);
   if (s.left - s.part < kLeastRest) s.part = s.left;
   s.now = {1 - s.left / kParts, s.part < s.left ? 1 - (s.left - s.part) / kParts : 1, s.h,
            s.yields};
   set_anchors(world, a, s.now);
   if (is_tied(a)) begin_ties(world, a, s.now);
   if (!a.joints.empty())
-    begin_limits(world, a, s.now,
-                 2 * s.attempt < kMostAttempts ? Blows::followed : Blows::within_part);
+    begin_limits(world, a, s.now, follows_blows(s) ? Blows::followed : Blows::within_part);
   const bool hangs = !a.cables.empty() && a.pins.empty() && a.joints.empty();
   return {s.h * s.part / kParts,
           {world.gravity.x, world.gravity.y, world.gravity.z},
@@ -172,11 +175,11 @@ ConservingInput begin_part(World& world, Island& a, PartedStep& s) {
           s.follows && s.part == kParts,
           nullptr,
           nullptr,
-          most_due(a, s.part, s.attempt)};
+          most_due(a, s)};
 }
 
 TiedPart tied_part(const PartedStep& s) {
-  return {s.now, s.part, s.attempt < kEndingAttempts, 2 * s.attempt < kMostAttempts};
+  return {s.now, s.part, !s.hurries && s.attempt < kEndingAttempts, follows_blows(s)};
 }
 
 void end_part(World& world, Island& a, PartedStep& s, const TiedPart& with) {
@@ -205,6 +208,7 @@ void end_part(World& world, Island& a, PartedStep& s, const TiedPart& with) {
 }
 
 bool end_parts(World& world, Island& a, const PartedStep& s, Entity& lost) {
+  a.scratch.attempts = s.attempt - 1, a.scratch.hurried = s.hurries;
   if (s.fails) {
     a.swept_steps = kSweptSteps;
     return finish_otherwise(world, a, {s.now.begin, 1, s.h}, lost);
@@ -232,7 +236,10 @@ void take_part(World& world, Island& a, PartedStep& s) {
 
 bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
   PartedStep s = begin_parts(world, a, h);
-  while (s.goes_on()) take_part(world, a, s);
+  while (s.goes_on()) {
+    s.hurries = s.hurries || has_to_hurry(a);
+    take_part(world, a, s);
+  }
   return end_parts(world, a, s, lost);
 }
 

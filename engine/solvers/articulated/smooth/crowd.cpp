@@ -286,6 +286,20 @@ void renumber_crowds(Islands& all, const Rebuild& rebuild) {
   crowd.is_known = crowd.unsorted <= kFewUnsorted + crowd.order.size() / kPartUnsorted;
 }
 
+namespace {
+
+/// Whether, after one more round, there would be no time for a substep of each unfinished step and
+/// of those after them.
+bool has_to_hurry(const Islands& all, const StepTask& task) {
+  if (!task.budget) return false;
+  Real going = 0, others = all.rates.weight;
+  for (const CrowdStep& s : all.crowd.steps) others -= weight_of(*s.island);
+  for (const std::uint32_t i : all.crowd.going) going += weight_of(*all.crowd.steps[i].island);
+  return is_late(all.rates, 2 * going + others);
+}
+
+}  // namespace
+
 void step_crowds(World& world, const StepTask& task) {
   Islands& all = world.memory.of<Islands>();
   CrowdScratch& crowd = all.crowd;
@@ -315,7 +329,11 @@ void step_crowds(World& world, const StepTask& task) {
   crowd.going.clear();
   for (std::size_t i = 0; i < crowd.steps.size(); ++i)
     crowd.going.push_back(static_cast<std::uint32_t>(i));
+  bool hurries = false;
   while (!crowd.going.empty()) {
+    hurries = hurries || has_to_hurry(all, task);
+    if (hurries)
+      for (const std::uint32_t i : crowd.going) crowd.steps[i].parts.hurries = true;
     crowd.units.clear();
     for (std::size_t i = 0, end = 0; i < crowd.going.size(); i = end) {
       end = i + 1;

@@ -33,6 +33,7 @@ struct PartedStep {
   bool inner = true;         // no tie led to the world or to another tree
   bool taken = false;        // the last substep was accepted
   bool fails = false;        // the rest is left to sweeps
+  bool hurries = false;      // impacts and losses of energy do not divide what is left
   StepPart now{};            // the last substep
 
   bool goes_on() const { return left > 0 && !fails; }
