@@ -326,7 +326,8 @@ bool remove_projection_energy(Island& m, Real before) {
 
 bool advance(const World& world, Island& m, const Span& span) {
   m.scratch.frames_rest = frames_rest(world, m, span);
-  const IntegratorRow& requested = row_of(m.settings.integrator);
+  const IntegratorRow& requested =
+      m.scratch.in_parts ? integrators::euler : row_of(m.settings.integrator);
   const bool by_poses = requested.ends_on_joints || requested.projection_presses;
   const bool serves = !(by_poses && span.h < kShortest * span.whole);
   // A body without joints has no stiff forces, and RATTLE keeps its angular momentum.

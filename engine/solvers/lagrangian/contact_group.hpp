@@ -121,6 +121,7 @@ struct ContactScratch {
   std::vector<Real> responses;
   std::vector<Real> matrix, right;    // of Newton's method
   std::vector<std::uint8_t> touched;  // by island
+  std::vector<ContactPoint> again;    // points at the start of a part of the step
   int unsolved = 0;                   // groups of the step that missed the tolerance
   Entity unsolved_at;                 // a body of the first
 };

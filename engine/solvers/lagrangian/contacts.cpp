@@ -67,6 +67,7 @@ void change_velocities(World& world, const Couplings& with, const GroupMember& m
 /// Closes the joints of an island after contacts displaced it. False: they stay open, or a surface
 /// joint lost its contact.
 bool close_joints(const World& world, Island& m, Real h) {
+  m.scratch.springs_active = false;
   update_kinematics(m);
   m.scratch.projection_work = 0, m.scratch.lost_touch = UINT32_MAX;
   std::fill(m.scratch.impulses.begin(), m.scratch.impulses.end(), 0.0);
@@ -131,7 +132,7 @@ Real work_of_step(const Island& m) {
 }
 
 /// Removes energy that the islands of a group gained by their contacts, unless a moving obstacle
-/// may have supplied it.
+/// may have supplied it, or springs and motors, whose work depends on the contacts.
 void bound_energy(World& world, const ContactGroup& g, Real work) {
   const bool rest = std::all_of(g.points.begin(), g.points.end(), [&](const ContactPoint& p) {
     const bool is_belt =
@@ -142,7 +143,7 @@ void bound_energy(World& world, const ContactGroup& g, Real work) {
   Real before = 0, at_start = 0, now = 0;
   for (const GroupMember& member : g.members) {
     const Island& m = islands_of(world)[member.island];
-    if (!frames_rest(world, m, {0, g.h, g.h})) return;
+    if (m.scratch.in_parts || !frames_rest(world, m, {0, g.h, g.h})) return;
     before += member.kinetic, now += kinetic_energy(m, m.scratch.state);
     at_start += kinetic_energy(m, m.scratch.entry) + work_of_step(m);
   }
@@ -231,7 +232,8 @@ void find_contradictions(World& world, const ContactGroup& g) {
     }
 }
 
-/// Solves the contacts of one group and moves its islands. False: not to the tolerance.
+}  // namespace
+
 bool resolve(World& world, const ContactGroup& g) {
   ContactScratch& r = world.memory.of<Islands>().contacts;
   place_points(world, g);
@@ -271,36 +273,7 @@ bool resolve(World& world, const ContactGroup& g) {
   return solved;
 }
 
-/// Steps loose bodies in substeps, each with its contacts. False: not to the tolerance.
-bool resolve_in_parts(World& world, ContactGroup g, int parts) {
-  PANTIN_ASSERT(parts > 1);
-  const Real h = g.h;
-  g.h = h / parts;
-  for (const GroupMember& member : g.members) {
-    StepScratch& scratch = islands_of(world)[member.island].scratch;
-    scratch.state = scratch.entry;
-  }
-  join_rims(g);
-  for (ContactPoint& p : g.points) p.lasting /= parts;
-  bool solved = true;
-  for (int i = 0; i < parts; ++i) {
-    for (const GroupMember& member : g.members) {
-      Island& m = islands_of(world)[member.island];
-      m.scratch.entry = m.scratch.state;
-      if (!advance(world, m, {i * g.h, g.h, h})) return false;
-      update_kinematics(m), factor(m), add_forces(world, m, Torques::applied);
-    }
-    solved = resolve(world, g) && solved;
-    for (ContactPoint& p : g.points) {
-      p.whole += p.impulse, p.gap_before = p.gap;
-      if (i + 1 == parts) continue;
-      p.lasting = p.borne, p.closed = false;
-      p.impulse = p.borne = p.shift = p.held = Vec3(0);
-    }
-  }
-  for (ContactPoint& p : g.points) p.impulse = p.whole, p.borne *= parts;
-  return solved;
-}
+namespace {
 
 /// Distributes the torques of two bodies equally over their contacts.
 void write_rolling(World& world, const ContactScratch& r, const ContactPoint& p, Real h) {
@@ -363,8 +336,7 @@ void resolve_contacts(World& world, Real h) {
                   range.members > 0);
     const ContactGroup g{std::span(r.points).subspan(range.first_point, range.points),
                          std::span(r.members).subspan(range.first_member, range.members), h};
-    const int parts = parts_of(world, g);
-    const bool solved = parts > 1 ? resolve_in_parts(world, g, parts) : resolve(world, g);
+    const bool solved = resolve_in_parts(world, g);
     if (!solved && r.unsolved++ == 0)
       r.unsolved_at = islands_of(world)[g.members.front().island].bodies.front();
   }

@@ -11,6 +11,11 @@ inline constexpr Real kPushSpeed = 1;
 /// Finishes the step of `h` seconds with the contacts of all islands; writes bodies and contacts.
 void resolve_contacts(World& world, Real h);
 
+/// Solves the contacts of one group and moves its islands. False: not to the tolerance.
+bool resolve(World& world, const ContactGroup& g);
+/// The same in as many parts of the step as the group needs (contact_parts.cpp).
+bool resolve_in_parts(World& world, ContactGroup g);
+
 // Contact points (contact_points.cpp).
 
 /// Fills the scratch with points, ends, members and groups. The islands concerned are at the end of

@@ -144,7 +144,7 @@ void finish(Island& m, Real h) {
     const Vec3 before = s.v[b];
     s.v[b] = scratch.solution[2 * b];
     // A loose body falls with the mean velocity, which conserves energy.
-    s.x[b] += is_loose(m) ? 0.5 * h * (before + s.v[b]) : h * s.v[b];
+    s.x[b] += is_loose(m) && !scratch.in_parts ? 0.5 * h * (before + s.v[b]) : h * s.v[b];
     Vec3 w = glm::conjugate(s.q[b]) * scratch.solution[2 * b + 1];
     const Vec3 first = scratch.from.w[b] + 0.5 * h * w;
     const Vec3 second = turn_freely(w, m.inertia[b], 0.5 * h);
@@ -189,7 +189,8 @@ bool step_euler(const World& world, Island& m, const Span& span) {
   solve_now();
   settle_grips(m, span.h, scratch.momenta, solve_now);
   scratch.springs_active = false;
-  if (!m.joint_forces.empty()) std::fill(scratch.weights.begin(), scratch.weights.end(), 0.0);
+  if (!m.joint_forces.empty() && !scratch.in_parts)
+    std::fill(scratch.weights.begin(), scratch.weights.end(), 0.0);
   store_lambda(m, scratch.lambda, 1 / span.h);
   finish(m, span.h);
   return true;

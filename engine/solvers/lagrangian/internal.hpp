@@ -82,6 +82,9 @@ void write_joint_force_rows(const World& world, Island& m, std::span<Real> reque
 ///
 ///   rate + impulse / (h (h k + c)) = (effort + c rate_before) / (h k + c)
 void write_joint_force_rows_at_end(const World& world, Island& m, std::span<Real> right, Real h);
+/// After a part of a step with contacts, with rows of springs: notes in scratch.held which motors
+/// are at their bounds. Whether any has changed.
+bool hold_motors(const World& world, Island& m);
 /// Torque of a joint's drive and soft stops on its body b, N m, at the current state. Also minus
 /// its derivatives by rotation and angular velocity of b relative to a, and the axes along which
 /// these act.

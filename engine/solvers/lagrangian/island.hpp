@@ -268,6 +268,10 @@ struct ForceScratch {
   bool projection_moves = false;
   // Leaves out rows that constrain velocities only.
   bool poses_only = false;
+  // A part of a step with contacts: by Euler's method, whose compliances of springs are kept.
+  bool in_parts = false;
+  // Then, by row: the force of a motor at its bound, or NaN; the forces of the parts before.
+  std::vector<Real> held, forces_before;
   // Leaves out redundant gap rows of surfaces: off the joints, as in the stages of a step, they
   // contradict the rolling rows.
   bool leaves_gaps = false;

@@ -1,5 +1,7 @@
 // Springs, friction and motors along joint coordinates: as explicit forces, or as compliant rows.
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "engine/solvers/lagrangian/integrator.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
@@ -179,16 +181,50 @@ void write_joint_force_rows(const World& world, Island& m, std::span<Real> reque
   }
 }
 
+namespace {
+
+/// The force of a motor that contacts hold at its bound.
+struct HeldMotor {
+  bool is_held = false;
+  Real force = 0;  // N or N m
+};
+HeldMotor held_motor(const Island& m, const Block& b) {
+  if (!m.scratch.in_parts || std::isnan(m.scratch.held[b.first_row])) return {};
+  return {true, m.scratch.held[b.first_row]};
+}
+
+}  // namespace
+
+bool hold_motors(const World& world, Island& m) {
+  bool changes = false;
+  for (const Block& b : m.blocks) {
+    if (b.kind != BlockKind::spring) continue;
+    Dof motor;
+    motor.motor = dof_of(world, b.source, b.coordinate).motor;
+    if (motor.motor.kind == MotorKind::none) continue;
+    const LinearisedForce p =
+        linearise(motor, m.scratch.c[b.first_row], rate_of(m, b, 0), Slope::tangent);
+    const bool is_bound = p.stiffness == 0 && p.damping == 0;
+    Real& held = m.scratch.held[b.first_row];
+    changes = changes || is_bound == std::isnan(held);
+    held = is_bound ? p.force : std::numeric_limits<Real>::quiet_NaN();
+  }
+  return changes;
+}
+
 void write_joint_force_rows_at_end(const World& world, Island& m, std::span<Real> right, Real h) {
   for (const Block& b : m.blocks) {
     if (b.kind != BlockKind::spring) continue;
-    const Dof& f = dof_of(world, b.source, b.coordinate);
+    const HeldMotor held = held_motor(m, b);
+    Dof f = dof_of(world, b.source, b.coordinate);
+    if (held.is_held) f.motor = {};
     const Real rate = rate_of(m, b, 0), mobile = std::max(mobility(m, b), Real(1e-300));
     LinearisedForce p = linearise(f, m.scratch.c[b.first_row], rate, Slope::secant);
     // A force that is saturated now and at the end of the step is constant.
     const Real end = rate + h * mobile * p.force;
     if (linearise(f, m.scratch.c[b.first_row] + h * end, end, Slope::secant).force == p.force)
       p.stiffness = p.damping = 0;
+    p.force += held.force;
     const Real least = kMinRelativeStiffness / (h * mobile);
     const Real effective_stiffness = std::max(h * p.stiffness + p.damping, least);
     m.scratch.weights[b.first_row] = 1 / (h * effective_stiffness);
