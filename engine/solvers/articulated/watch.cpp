@@ -45,8 +45,10 @@ Real fastest_anchor_speed(const World& world, const Island& a, Real h) {
     most = std::max(most, (glm::length(way) + gap) / h);
   }
   for (const PackedCable& c : a.cables) {
-    if (c.column_a != UINT32_MAX && c.column_b != UINT32_MAX) continue;
     const Cable& s = world.cables.values()[c.cable];
+    if (is_reeled(c.before(), s.joint))
+      most = std::max(most, std::abs(s.joint.length - c.length_before) / h);
+    if (c.column_a != UINT32_MAX && c.column_b != UINT32_MAX) continue;
     const bool a_moves = c.column_a != UINT32_MAX;
     const Body& holder = world.bodies.values()[a_moves ? c.slot_b : c.slot_a];
     const Vec3 arm = holder.pose.rotation * (a_moves ? s.joint.anchor_b : s.joint.anchor_a);

@@ -53,7 +53,10 @@ bool can_tie(const World& world, const Island& a) {
   for (const PackedCable& cable : a.cables) {
     const Cable& c = world.cables.values()[cable.cable];
     if (c.joint.compliance > 0) continue;
-    const Real over = stretch(c.joint, world.bodies[c.a].pose, world.bodies[c.b].pose);
+    // A winch shortens it within the step.
+    const Real wound =
+        is_reeled(cable.before(), c.joint) ? c.joint.length - cable.length_before : 0;
+    const Real over = stretch(c.joint, world.bodies[c.a].pose, world.bodies[c.b].pose) + wound;
     if (!(over <= kNearTie * a.size) || (cable.lambda > 0 && !(over >= -kNearTie * a.size)))
       return false;
   }
