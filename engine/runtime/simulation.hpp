@@ -51,9 +51,9 @@ struct StepSettings {
   ///
   /// Bodies in contact give way, each group by its share of the time that is left: it takes fewer
   /// and longer substeps, with fewer sweeps. Joints stay closed, and no energy is added; contacts
-  /// are softer. StepReport::shortened and group_costs() tell what was given up. Both give way in
-  /// proportion to their cost. Everything else takes its time. The result then depends on the
-  /// clock, and is not repeatable.
+  /// are softer. Groups whose joints close loops take all their substeps. StepReport::shortened and
+  /// group_costs() tell what was given up. Both give way in proportion to their cost. Everything
+  /// else takes its time. The result then depends on the clock, and is not repeatable.
   Real budget = 0;
   /// Divides the budget, as by distance from the camera, with 0 for what is hidden; without it all
   /// groups have the same weight for their size.

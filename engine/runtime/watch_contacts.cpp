@@ -281,6 +281,17 @@ void ContactWatch::each_near(const World& world, std::uint32_t fast, const Meet&
     if (i != fast && std::isfinite(balls_[i].radius) && may_pass(world, fast, i)) meet(i);
 }
 
+namespace {
+
+/// Whether a body moves through a surface that is solid from the other side only.
+bool lets_pass(const World& world, std::uint32_t surface, std::uint32_t slot) {
+  const Vec3 way = contact::one_way(world, world.bodies.owners()[surface]);
+  const auto bodies = world.bodies.values();
+  return way != Vec3(0) && glm::dot(bodies[slot].velocity - bodies[surface].velocity, way) > 0;
+}
+
+}  // namespace
+
 void ContactWatch::end_substep(const World& world, Real h, FindingList& found) {
   if (solids_.empty()) return;
   fast_.clear();
@@ -296,7 +307,9 @@ void ContactWatch::end_substep(const World& world, Real h, FindingList& found) {
   for (const std::uint32_t fast : fast_)
     each_near(world, fast, [&](std::uint32_t i) {
       const Solid &s = solids_[fast], &other = solids_[i];
-      if (!may_meet(world, s.slot, other.slot)) return;
+      if (!may_meet(world, s.slot, other.slot) || lets_pass(world, s.slot, other.slot) ||
+          lets_pass(world, other.slot, s.slot))
+        return;
       const bool is_led = world.bodies.values()[s.slot].motion != Motion::dynamic;
       if (const std::optional<Real> way = passage(world, s, other, h))
         found.note(FindingKind::passed_through, world.bodies.owners()[is_led ? other.slot : s.slot],

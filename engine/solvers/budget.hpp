@@ -34,6 +34,11 @@ class Pace {
     const int least = std::clamp(kLeastSubsteps - taken_, 1, left);
     return std::clamp(static_cast<int>(std::clamp(time / each_, Real(0), Real(left))), least, left);
   }
+  /// All of `left` substeps: for groups that cannot do with fewer.
+  int all_of(int left) {
+    if (taken_ == 0) planned_ = left;
+    return left;
+  }
   /// After each substep.
   void note_substep() {
     ++taken_;

@@ -28,7 +28,7 @@ namespace pantin {
 /// below has {0, 1, 0}. Not for bodies of the solver "quasistatic".
 struct Collision {
   Real friction = 0.5;              // Coulomb; of two bodies the geometric mean counts
-  Real restitution = 0;             // 0..1; of two bodies the larger counts
+  Real restitution = 0;             // 0..1; of two bodies the larger counts; not below 0.05 m/s
   std::uint32_t groups = 1;         // bits: groups that this body belongs to
   std::uint32_t with = UINT32_MAX;  // bits: groups that it collides with; both bodies must agree
   bool others = true;               // collide with dynamic bodies of other islands; one of the two

@@ -122,6 +122,22 @@ TEST_CASE("A one-way platform lets pass what jumps from below, and then bears it
     }
 }
 
+TEST_CASE("Flying through a one-way plate from below is not told, and from above it stops") {
+  for (const Real speed : {5.0, 40.0, 300.0}) {
+    World world;
+    world.gravity = Vec3(0);
+    add_plate(world, {0, 2, 0}, {0, 1, 0});
+    const Entity up = add_ball(world, {-0.5, 0.5, 0}), down = add_ball(world, {0.5, 3.5, 0});
+    world.bodies[up].velocity = {0, speed, 0}, world.bodies[down].velocity = {0, -speed, 0};
+    Simulation sim(std::move(world), {1.0 / 60});
+    run(sim, 60);
+    CAPTURE(speed);
+    CHECK(place(sim, up).y > 3);
+    CHECK(place(sim, down).y > 2);
+    CHECK(sim.findings().empty());
+  }
+}
+
 TEST_CASE("A body drops through a one-way platform on demand") {
   for (const Solver solver : kSolvers) {
     CAPTURE(name_of(solver));

@@ -175,6 +175,17 @@ TEST_CASE("budget: without time impacts do not divide steps, and add no energy",
   CHECK(late.step().hurried == 0);
 }
 
+TEST_CASE("budget: without time loops in contact stay closed", "") {
+  Simulation sim = Simulation::copy_of(must(load_scene(asset("scenes/rope_bridge.json"))).world,
+                                       with_budget(kNoTime));
+  sim.settings.measure = true;
+  for (int n = 0; n < 240; ++n) {
+    const StepReport report = sim.step();
+    REQUIRE(report.status == Status::ok);
+    CHECK(report.measures.worst_gap_rel < 1e-5);
+  }
+}
+
 TEST_CASE("budget: a World saved while puppets wait goes on with the same bits", "") {
   Simulation sim = Simulation::copy_of(must(load_scene(asset("scenes/marionette.json"))).world,
                                        with_budget(kNoTime));

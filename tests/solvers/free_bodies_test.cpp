@@ -153,6 +153,24 @@ TEST_CASE("a ball bounces to the square of its restitution") {
     }
 }
 
+TEST_CASE("without weight balls bounce however slow they are") {
+  for (const Real speed : {1e-4, 2e-3, 0.04, 0.06, 3.0})
+    for (const Real h : {1.0 / 60, 1.0 / 480}) {
+      World w = awake();
+      w.gravity = Vec3(0);
+      const Entity still =
+          add_solid(w, ball_shape(0.1), {{0, 0, 0}, kIdentity}, Motion::dynamic, surface(0, 1));
+      const Entity comes = add_solid(w, ball_shape(0.1), {{0.2 + 0.5 * speed, 0, 0}, kIdentity},
+                                     Motion::dynamic, surface(0, 1));
+      w.bodies[comes].velocity = {-speed, 0, 0};
+      Simulation sim = Simulation::copy_of(w, {h});
+      for (int i = 0; i < std::lround(1 / h); ++i) sim.step();
+      CAPTURE(speed, h);
+      CHECK(sim.world.bodies[still].velocity.x == Approx(-speed).epsilon(1e-6));
+      CHECK(sim.world.bodies[comes].velocity.x == Approx(0).margin(1e-6 * speed));
+    }
+}
+
 TEST_CASE("a blow passes from ball to ball") {
   for (const int balls : {2, 5}) {
     World w = awake();

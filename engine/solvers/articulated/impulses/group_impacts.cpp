@@ -33,6 +33,15 @@ void find_gained(const Group& g, Real h) {
   }
 }
 
+/// m/s: slower impacts are inelastic. Below what their forces give to the bodies in two substeps
+/// nothing bounces; where these are weak, slower bodies do.
+Real slowest_blow(const GroupBody& a, const GroupBody& b, Real h) {
+  constexpr Real kRounding = 1e-6;
+  if (a.node != kNoNode || b.node != kNoNode) return kLeastBlow;
+  const Real pulls = std::max(glm::length(a.acceleration), glm::length(b.acceleration));
+  return std::clamp(2 * h * pulls, kRounding, kLeastBlow);
+}
+
 /// The impact of two bodies that meet within the substep, at the time of the impact. Free bodies
 /// are moved back so that the new velocity leads through the point of impact. Trees are not moved:
 /// they meet at the start of the substep, at their speed there. False if there is no impact.
@@ -50,7 +59,7 @@ bool meet(const Group& g, GroupContact& c, Real h) {
   const Real pull = gained / h + pull_on(a) - pull_on(b);
   const Real gap = std::max(Real(0), c.gap);
   const Real left = gap + h * (speed + 0.5 * h * pull);
-  if (speed > -kLeastBlow || left > -kMeets * h * speed) return false;
+  if (speed > -slowest_blow(a, b, h) || left > -kMeets * h * speed) return false;
   // The first zero of gap + speed t + pull t^2 / 2, in the form that does not cancel.
   const Real root = std::sqrt(std::max(Real(0), speed * speed - 2 * pull * gap));
   const Real when = jointed ? 0 : std::min(h, 2 * gap / (root - speed));

@@ -398,7 +398,9 @@ void step_group(const Group& g, Real h, Pace& pace) {
   s.part = {s.h, 0, 0, h};
   bool in_haste = false;
   for (int n = 0, left = rests ? 0 : substeps; left > 0; ++n, --left) {
-    if (const int fewer = pace.affordable(left); fewer < left) {
+    // Loops would open in longer substeps.
+    const int fewer = g.loops.empty() ? pace.affordable(left) : pace.all_of(left);
+    if (fewer < left) {
       change_length(g, Real(left) / fewer);
       s.h = s.reach = s.part.h = s.h * left / fewer;
       set_springs(s, s.h);
