@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <functional>
 
+#include "engine/contact/detect.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/rebuild.hpp"
@@ -40,8 +41,26 @@ void note_rest(World& world, const Island& a) {
 
 }  // namespace
 
+namespace {
+
+/// Whether the caller or a winch changed a cable, or moves the body it is fixed to.
+bool is_changed(const World& world, const PackedCable& c) {
+  const CableParameters& now = world.cables.values()[c.cable].joint;
+  if (now.length != c.length_before || now.rate != c.rate_before) return true;
+  const auto moves = [&](std::uint32_t column, std::uint32_t slot) {
+    if (column != UINT32_MAX) return false;
+    const Body& b = world.bodies.values()[slot];
+    return contact::moves(b) || b.restart || b.teleport;
+  };
+  return moves(c.column_a, c.slot_a) || moves(c.column_b, c.slot_b);
+}
+
+}  // namespace
+
 bool must_wake(const World& world, const Island& a) {
   if (world.gravity != a.asleep_gravity) return true;
+  for (const PackedCable& c : a.cables)
+    if (is_changed(world, c)) return true;
   for (const Tree& t : a.trees)
     if (t.target != t.target_before) return true;
   for (const PackedPin& h : a.pins)

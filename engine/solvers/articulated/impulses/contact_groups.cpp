@@ -235,7 +235,8 @@ void let_sleep(World& world, const Group& g, Real h) {
     still =
         still && !drives && (rested || a.quiet_time > (dead && settled ? kTimeToSleep : patience));
   }
-  for (const GroupTie& t : g.ties) still = still && t.kind != GroupTie::Kind::cable;
+  for (const GroupTie& t : g.ties)
+    still = still && (t.kind != GroupTie::Kind::cable || t.passed.x == 0);
   for (const GroupTree& t : g.trees) still = still && t.from == t.to && t.held_spin == Vec3(0);
   if (!still) return;
   for (const GroupBody& f : g.bodies)
@@ -304,6 +305,7 @@ void step_contact_groups(World& world, const StepTask& task) {
                  std::span(r.resting).subspan(g.first_resting, g.resting),
                  std::span(r.rest_contacts).subspan(g.first_contact, g.contacts),
                  std::span(r.rest_rows).subspan(g.first_resting, g.resting),
+                 std::span(r.rest_links).subspan(g.first_link, g.links),
                  world.time};
   };
   weigh_groups(world, r, task.budget);

@@ -11,6 +11,7 @@
 #include "engine/contact/detect.hpp"
 #include "engine/contact/rolling_friction.hpp"
 #include "engine/nurbs/skin.hpp"
+#include "engine/solvers/articulated/impulses/rest_parts.hpp"
 #include "engine/solvers/articulated/lane_layout.hpp"
 
 namespace pantin {
@@ -61,28 +62,7 @@ inline bool can_give_way(const GroupBody& b) { return b.per_mass > 0; }
 /// m/s: velocity of the body's point at an arm from `centre`.
 inline Vec3 speed_at(const GroupBody& b, Vec3 arm) { return b.velocity + glm::cross(b.spin, arm); }
 
-/// A force and its torque, or an impulse and its moment.
-struct Wrench {
-  Vec3 force{0}, torque{0};
-  Wrench& operator+=(const Wrench& o) {
-    force += o.force, torque += o.torque;
-    return *this;
-  }
-};
-
-/// Response of a motion to a wrench: velocity = vf force + vt torque, spin = vt^T force + wt
-/// torque. The matrix as a whole is symmetric.
-struct Response {
-  Mat3 vf{0}, vt{0}, wt{0};
-};
-
 struct PackedJoint;
-
-/// The inertia of a rigid or articulated body: force = ff velocity + ft spin,
-/// torque = ft^T velocity + tt spin.
-struct SpatialInertia {
-  Mat3 ff{0}, ft{0}, tt{0};
-};
 
 /// A limited direction of a joint in a substep.
 struct GroupLimit {
@@ -290,32 +270,6 @@ struct LoopedBody {
   Response response;                  // with all loops closed
 };
 
-/// A free body of a group at rest (group_rest.cpp). A motion is a velocity and a spin.
-struct RestBody {
-  std::uint32_t row = 0;       // of the factor
-  Mat3 inertia{0};             // kg m^2, world axes
-  Wrench free, motion;         // without contacts; current iterate
-  Wrench residual, direction;  // of momentum; of Newton's method
-};
-
-/// An impulse along the axes of a contact, with regard to Coulomb's cone.
-struct ConeImpulse {
-  enum class At : std::uint8_t { apex, inside, surface };  // no impulse, held, sliding
-  Vec3 impulse{0};                                         // N s
-  At at = At::apex;
-  Real normal = 0, aside = 0;  // on the surface, N s: of the impulse, of what was projected there
-  Vec3 across{0};              // likewise: unit, its direction across the normal
-};
-
-/// A contact of such a group, along its axes.
-struct RestContact {
-  bool near = false;
-  bool may_press = false, presses = false;  // predicted active; so in the first iteration
-  Real compliance = 0;                      // 1/kg
-  Vec3 goal{0}, speed{0}, change{0};        // m/s, of a's point relative to b's
-  ConeImpulse cone;
-};
-
 /// One group of a step: bodies that touch one another, and the fixed ones that they touch.
 struct Group {
   std::span<GroupBody> bodies;
@@ -335,6 +289,7 @@ struct Group {
   std::span<RestBody> resting;
   std::span<RestContact> rest_contacts;
   std::span<const EnvelopeRow> rest_rows;
+  std::span<RestLink> rest_links;
   Real time = 0;  // s, at the start of the step
 
   GroupBody& a(const GroupContact& c) const { return bodies[c.a]; }

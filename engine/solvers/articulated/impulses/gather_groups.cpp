@@ -259,7 +259,7 @@ GroupScratch::Range next_range(const GroupScratch& r) {
   range.first_rolling = r.rollings.size(), range.first_loops = r.loops.size();
   range.first_looped = r.looped.size(), range.first_step = r.path_steps.size();
   range.first_number = r.numbers, range.first_resting = r.resting.size();
-  range.first_pair = r.pairs.size();
+  range.first_pair = r.pairs.size(), range.first_link = r.rest_links.size();
   return range;
 }
 
@@ -277,6 +277,7 @@ void end_range(GroupScratch& r, GroupScratch::Range range) {
   range.numbers = r.numbers - range.first_number;
   range.resting = r.resting.size() - range.first_resting;
   range.pairs = r.pairs.size() - range.first_pair;
+  range.links = r.rest_links.size() - range.first_link;
   PANTIN_ASSERT(range.bodies > 1 && range.contacts > 0);
   r.groups.push_back(range);
 }
@@ -305,7 +306,7 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
   r.nodes.clear(), r.trees.clear(), r.crosses.clear(), r.ties.clear(), r.rollings.clear();
   r.skins.clear();
   r.loops.clear(), r.looped.clear(), r.path_steps.clear(), r.numbers = 0;
-  r.resting.clear(), r.rest_rows.clear(), r.pairs.clear();
+  r.resting.clear(), r.rest_rows.clear(), r.rest_links.clear(), r.pairs.clear();
   const auto group_at = [&](std::uint32_t contact) {
     return r.group_of[owner_of(partition, contacts[contact].slot_a).island];
   };

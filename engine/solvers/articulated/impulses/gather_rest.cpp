@@ -3,7 +3,7 @@
 
 #include "engine/solvers/articulated/impulses/gather.hpp"
 #include "engine/solvers/articulated/impulses/graph_order.hpp"
-#include "engine/solvers/articulated/impulses/group_points.hpp"
+#include "engine/solvers/articulated/impulses/group_resting.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
@@ -13,7 +13,7 @@ constexpr std::size_t kLeastPoints = 2;
 /// Block products of the factor, per contact: above this, sweeps are cheaper.
 constexpr std::size_t kMostProducts = 50;
 
-/// The contact graph of the last group's free bodies.
+/// The graph of contacts, joints and cables of the last group's free bodies and trees.
 void link_bodies(GroupScratch& r, const GroupScratch::Range& range, std::size_t count) {
   const auto contacts = std::span(r.contacts).subspan(range.first_contact);
   find_links(r, count, [&](auto&& visit) {
@@ -21,7 +21,19 @@ void link_bodies(GroupScratch& r, const GroupScratch::Range& range, std::size_t 
       const GroupContact& c = contacts[i];
       if (c.b < count && (i == 0 || !have_same_bodies(c, contacts[i - 1]))) visit(c.a, c.b);
     }
+    for (const GroupNode& n : std::span(r.nodes).subspan(range.first_node))
+      if (n.parent != kNoNode) visit(n.body, r.nodes[range.first_node + n.parent].body);
+    for (const GroupTie& t : std::span(r.ties).subspan(range.first_tie))
+      if (t.a < count && t.b < count && t.a != t.b) visit(t.a, t.b);
   });
+}
+
+/// Room for the rows of joints and cables.
+void add_links(GroupScratch& r, const GroupScratch::Range& range) {
+  std::size_t rows = r.ties.size() - range.first_tie;
+  for (const GroupNode& n : std::span(r.nodes).subspan(range.first_node))
+    if (!n.free_root) rows += kMostJointLinks + (n.is_limited ? kMostLimitLinks : 0);
+  r.rest_links.resize(r.rest_links.size() + rows);
 }
 
 /// Whether bodies touch at faces, not at single points.
@@ -37,8 +49,10 @@ bool has_faces(std::span<const GroupContact> contacts) {
 void gather_resting(GroupScratch& r, const GroupScratch::Range& range, Real h) {
   const auto bodies = std::span(r.bodies).subspan(range.first_body);
   const std::size_t count = free_bodies(bodies);
-  if (count < 2 || r.nodes.size() > range.first_node || r.ties.size() > range.first_tie ||
-      r.rollings.size() > range.first_rolling || !is_calm(bodies, count, h) ||
+  if (count < 2 || r.rollings.size() > range.first_rolling || !is_calm(bodies, count, h) ||
+      !can_rest(std::span(r.nodes).subspan(range.first_node),
+                std::span(r.trees).subspan(range.first_tree),
+                std::span(r.ties).subspan(range.first_tie)) ||
       !has_faces(std::span(r.contacts).subspan(range.first_contact)))
     return;
   link_bodies(r, range, count);
@@ -57,7 +71,9 @@ void gather_resting(GroupScratch& r, const GroupScratch::Range& range, Real h) {
     const std::size_t width = row - first + 1;
     blocks += width, products += width * width / 2;
   }
-  if (products > kMostProducts * (r.contacts.size() - range.first_contact)) {
+  const std::size_t points = r.contacts.size() - range.first_contact + r.nodes.size() -
+                             range.first_node + r.ties.size() - range.first_tie;
+  if (products > kMostProducts * points) {
     r.rest_rows.resize(range.first_resting);
     return;
   }
@@ -65,6 +81,7 @@ void gather_resting(GroupScratch& r, const GroupScratch::Range& range, Real h) {
     r.resting.emplace_back();
     r.resting.back().row = static_cast<std::uint32_t>(count - 1 - r.numbered[i]);
   }
+  add_links(r, range);
   r.numbers += kEnvelopeWide * count + kEnvelopeBlock * blocks;
 }
 

@@ -1,11 +1,12 @@
-// Groups of free bodies at rest, solved as a whole in one step.
+// Groups at rest, solved as a whole in one step.
 //
 // The velocities v at the end of the step are those at which
 //   1/2 (v - v*)^T M (v - v*) + 1/2 sum over points of R |p|^2
 // is least, with v* those without contacts. The impulse p of a point is (goal - J v) / R, projected
-// to Coulomb's cone. The compliance R is so small that loads leave no visible overlap. Newton's
-// method uses a factor of M + J^T G J, whose blocks are pairs of bodies that touch: a tower's is
-// banded. Groups at rest take at most one iteration, whatever their weight.
+// to Coulomb's cone. Joints, limits and cables are points of such a kind (group_rest_links.cpp). The
+// compliance R is so small that loads leave no visible overlap. Newton's method uses a factor of
+// M + J^T G J, whose blocks are pairs of bodies that touch or are joined: a tower's is banded. Groups
+// at rest take at most one iteration, whatever their weight.
 // [Castro, Permenter & Han 2022]
 //
 // The convex problem lets friction lift sliding bodies. So where a body slides, moves, or the
@@ -15,7 +16,7 @@
 #include <utility>
 
 #include "engine/base/rotation.hpp"
-#include "engine/solvers/articulated/impulses/group_points.hpp"
+#include "engine/solvers/articulated/impulses/group_resting.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
@@ -27,17 +28,15 @@ constexpr Real kCalmSpeed = 0.02, kCalmWay = 0.02;
 constexpr Real kStill = 1e-3;
 /// Sizes of a body per second: faster sliding is not rest.
 constexpr Real kSlides = 0.05;
-/// Compliance R, as a fraction of the response of a point.
-constexpr Real kCompliance = 1e-7;
 /// Largest closing speed under load, as a fraction of the speed that weight gives in a step; points
 /// that exceed it are made stiffer, so many times at most.
 constexpr Real kSinks = 1e-5;
 constexpr int kHardenings = 8;
 /// Multiples of a shallow overlap: deeper ones are left to sweeps, which separate them faster.
 constexpr Real kDeep = 2;
-/// Fraction of an overlap closed in a step; largest closing speed, sizes of a body per second;
-/// overlap that stays, in sizes of a body.
-constexpr Real kClosed = 0.2, kCloses = 1e-2, kSunk = 1e-6;
+/// Largest speed that closes an overlap, sizes of a body per second; overlap that stays, in sizes of
+/// a body.
+constexpr Real kCloses = 1e-2, kSunk = 1e-6;
 /// Margin of the predicted active set, as a fraction of the speed that weight gives in a step.
 constexpr Real kMayPress = 0.1;
 /// An impulse slides if it is longer across than this fraction of its bound.
@@ -54,24 +53,11 @@ constexpr Real kBalanced = 1e-9, kRoughly = 1e-2, kNearly = 100, kLeastSpeed = 1
 /// Tolerance of a line search, as a fraction of its initial slope.
 constexpr Real kSearched = 1e-3;
 
-/// m: a radius of gyration.
-Real size_of(const GroupBody& b) {
-  const Vec3 per = b.per_inertia;
-  return std::sqrt(b.per_mass / std::min({per.x, per.y, per.z}));
-}
-
 /// m/s^2: the largest acceleration of a body by weight and applied force.
 Real weight_of(const Group& g) {
   Real most = 0;
   for (const GroupBody& b : g.bodies) most = std::max(most, glm::length(b.acceleration));
   return most;
-}
-
-/// A motion of a body; a fixed one keeps its own, and has no direction.
-Wrench motion_of(const Group& g, std::uint32_t body, Wrench RestBody::*motion) {
-  if (body < g.resting.size()) return g.resting[body].*motion;
-  const GroupBody& b = g.bodies[body];
-  return motion == &RestBody::direction ? Wrench{} : Wrench{b.velocity, b.spin};
 }
 
 /// m/s: velocity of a's point relative to b's, along the axes.
@@ -131,6 +117,7 @@ Wrench momentum_of(const GroupBody& b, const RestBody& r, const Wrench& motion) 
 }
 
 void begin_bodies(const Group& g, Real h) {
+  for (GroupBody& b : g.bodies) b.centre = b.pose.position;
   for (std::size_t i = 0; i < g.resting.size(); ++i) {
     const GroupBody& b = g.bodies[i];
     RestBody& r = g.resting[i];
@@ -139,6 +126,15 @@ void begin_bodies(const Group& g, Real h) {
     r.free.force = kept * b.velocity + h * b.acceleration;
     r.free.torque = b.response * (kept * b.angular_momentum + h * b.torque);
   }
+}
+
+/// Whether one of the bodies has joints. Shallow overlaps of such bodies stay: joints could not
+/// follow if each point were separated at its own speed.
+bool is_joined(const Group& g, const GroupContact& c) {
+  const auto has_joints = [&](const GroupBody& b) {
+    return b.node != kNoNode && g.trees[g.nodes[b.node].tree].count > 1;
+  };
+  return has_joints(g.a(c)) || has_joints(g.b(c));
 }
 
 /// Contacts that may act in the step. False if an overlap is so deep that sweeps must separate it.
@@ -151,23 +147,27 @@ bool begin_contacts(const Group& g, Real h) {
     r.near = c.gap < 2 * h * kCalmSpeed;
     if (!r.near) continue;
     if (c.gap < -kDeep * c.shallow) return false;
-    const Pair pair{{g, c.a}, {g, c.b}, nullptr};
+    Pair pair{{g, c.a}, {g, c.b}, nullptr};
+    pair.a.response = pair.b.response = nullptr;  // without joints
     Real response = 0;
     for (const Vec3& axis : c.axes)
       response += glm::dot(axis, response_of(pair, arms_of(c), axis)) / 3;
-    r.compliance = kCompliance * response;
-    const Real size = size_of(g.a(c)), deep = std::max(Real(0), -c.gap - kSunk * size);
-    r.goal.x = c.gap > 0 ? -c.gap / h : std::min(kClosed * deep / h, kCloses * size);
+    r.compliance = kRestCompliance * response;
+    const Real size = size_of(g.a(c));
+    const Real stays = std::max(kSunk * size, is_joined(g, c) ? c.shallow : 0);
+    const Real deep = std::max(Real(0), -c.gap - stays);
+    r.goal.x = c.gap > 0 ? -c.gap / h : std::min(kRestClosed * deep / h, kCloses * size);
     r.may_press = speed_of(g, c, &RestBody::free).x < r.goal.x + kMayPress * h * weight;
     r.goal.y = -c.surface_first, r.goal.z = -c.surface_second;
   }
+  begin_links(g, h, kCalmSpeed);
+  predict_links(g, kMayPress * h * weight);
   return true;
 }
 
-/// Computes the residuals of momentum with the impulses `impulse_of(r, c)`. Returns the largest as
-/// a speed of a body, m/s.
-template <class ImpulseOf>
-Real measure(const Group& g, const ImpulseOf& impulse_of) {
+/// Computes the impulses, and the residuals of momentum with them. Returns the largest as a speed of
+/// a body, m/s.
+Real measure(const Group& g, Acting acting = Acting::now) {
   for (std::size_t i = 0; i < g.resting.size(); ++i) {
     RestBody& r = g.resting[i];
     const Wrench now = momentum_of(g.bodies[i], r, r.motion),
@@ -179,11 +179,12 @@ Real measure(const Group& g, const ImpulseOf& impulse_of) {
     RestContact& r = g.rest_contacts[i];
     if (!r.near) continue;
     r.speed = speed_of(g, c, &RestBody::motion);
-    r.cone = impulse_of(r, c);
+    r.cone = acting == Acting::now ? cone_of(r, c.friction, r.speed) : cone_as_before(r, c);
     const Vec3 p = to_world(c, r.cone.impulse);
     g.resting[c.a].residual += {-p, -glm::cross(c.arm_a, p)};
     if (c.b < g.resting.size()) g.resting[c.b].residual += {p, glm::cross(c.arm_b, p)};
   }
+  add_link_impulses(g, acting);
   Real most = 0;
   for (std::size_t i = 0; i < g.resting.size(); ++i) {
     const GroupBody& b = g.bodies[i];
@@ -192,12 +193,6 @@ Real measure(const Group& g, const ImpulseOf& impulse_of) {
                      size_of(b) * glm::length(b.response * left.torque)});
   }
   return most;
-}
-
-Real measure(const Group& g) {
-  return measure(g, [](const RestContact& r, const GroupContact& c) {
-    return cone_of(r, c.friction, r.speed);
-  });
 }
 
 /// block += [X Y; Z W] by rows, each of three.
@@ -250,6 +245,7 @@ void assemble(const Group& g, const BlockEnvelope& e) {
     add_contact(e, k, b, b);
     add_contact(e, -k, a, b);
   }
+  add_link_blocks(g, e);
 }
 
 /// Newton's direction. False if the factorisation fails.
@@ -288,6 +284,7 @@ struct Slope {
     for (std::size_t i = 0; i < g.contacts.size(); ++i)
       if (g.rest_contacts[i].near)
         g.rest_contacts[i].change = speed_of(g, g.contacts[i], &RestBody::direction);
+    aim_links(g);
   }
   Real at(Real part) const {
     Real sum = first + part * second;
@@ -297,7 +294,7 @@ struct Slope {
       const ConeImpulse cone = cone_of(r, g.contacts[i].friction, r.speed + part * r.change);
       sum -= glm::dot(cone.impulse, r.change);
     }
-    return sum;
+    return sum + slope_of_links(g, part);
   }
 };
 
@@ -326,6 +323,7 @@ void start(const Group& g) {
   for (std::size_t i = 0; i < g.resting.size(); ++i)
     g.resting[i].motion = {g.bodies[i].velocity, g.bodies[i].spin};
   for (RestContact& r : g.rest_contacts) r.presses = r.may_press;
+  for (RestLink& l : g.rest_links) l.presses = l.may_press;
 }
 
 void advance(const Group& g, Real part) {
@@ -337,7 +335,8 @@ void advance(const Group& g, Real part) {
 /// that acted.
 bool resume(const Group& g) {
   for (RestContact& r : g.rest_contacts) r.presses = false;
-  measure(g, cone_as_before);
+  for (RestLink& l : g.rest_links) l.presses = false;
+  measure(g, Acting::as_before);
   const bool any =
       std::any_of(g.rest_contacts.begin(), g.rest_contacts.end(),
                   [](const RestContact& r) { return r.near && r.cone.at != At::apex; });
@@ -366,6 +365,7 @@ bool iterate_softer(const Group& g, Real fastest) {
   start(g);
   const auto scale = [&](Real by) {
     for (RestContact& r : g.rest_contacts) r.compliance *= by;
+    for (RestLink& l : g.rest_links) l.compliance *= by;
   };
   for (const auto& [softer, most] : kSofter) {
     scale(softer);
@@ -387,7 +387,7 @@ bool harden(const Group& g, Real h) {
     if (!r.near || !(sinks > most) || most == 0) continue;
     r.compliance *= 0.5 * most / sinks, any = true;
   }
-  return any;
+  return harden_links(g, most) || any;
 }
 
 /// Whether no contact slides at the velocities found.
@@ -422,7 +422,6 @@ bool is_calm(std::span<const GroupBody> bodies, std::size_t free, Real h) {
 bool rest_group(const Group& g, Real h) {
   if (g.resting.empty()) return false;
   PANTIN_ASSERT(g.resting.size() == free_bodies(g.bodies));
-  centre_bodies(g);
   begin_bodies(g, h);
   if (!begin_contacts(g, h)) return false;
   Real fastest = kLeastSpeed;
@@ -438,21 +437,20 @@ bool rest_group(const Group& g, Real h) {
   if (!is_at_rest(g)) return false;
   for (std::size_t i = 0; i < g.resting.size(); ++i)
     if (!is_calm(g.bodies[i], g.resting[i].motion, h, most_of(g.resting.size()))) return false;
+  set_rest_impulses(g);
+  for (GroupContact& c : g.contacts) c.passed += c.impulse;
+  move_resting_trees(g, h);
   for (std::size_t i = 0; i < g.resting.size(); ++i) {
     GroupBody& b = g.bodies[i];
     const RestBody& r = g.resting[i];
+    if (b.node != kNoNode) continue;
     b.velocity = r.motion.force, b.spin = r.motion.torque;
     b.angular_momentum = r.inertia * b.spin;
     move(b, b.velocity, h);
     slow_down(b, h);
   }
-  for (std::size_t i = 0; i < g.contacts.size(); ++i) {
-    GroupContact& c = g.contacts[i];
-    c.works = g.rest_contacts[i].near;
-    c.impulse = c.works ? g.rest_contacts[i].cone.impulse : Vec3(0);
-    c.passed += c.impulse;
-  }
-  for (GroupPair& p : g.pairs) prepare_pair(g, p);  // responses, for take_up
+  if (g.nodes.empty())
+    for (GroupPair& p : g.pairs) prepare_pair(g, p);  // responses, for take_up
   return true;
 }
 

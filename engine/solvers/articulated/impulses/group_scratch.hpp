@@ -18,7 +18,7 @@ struct GroupScratch {
     std::size_t first_loops = 0, loops = 0, first_looped = 0, looped = 0;
     std::size_t first_step = 0, steps = 0, first_number = 0, numbers = 0;
     std::size_t first_pair = 0, pairs = 0;
-    std::size_t first_resting = 0, resting = 0;
+    std::size_t first_resting = 0, resting = 0, first_link = 0, links = 0;
   };
   DisjointSets sets{0};                 // of islands
   std::vector<std::uint32_t> group_of;  // by island
@@ -41,6 +41,7 @@ struct GroupScratch {
   std::vector<RestBody> resting;
   std::vector<RestContact> rest_contacts;  // as `contacts`
   std::vector<EnvelopeRow> rest_rows;
+  std::vector<RestLink> rest_links;
   std::vector<Real> number_list;
   std::size_t numbers = 0;                     // of these, in use
   std::vector<GroupCost> costs;                // by group, in a step with a budget

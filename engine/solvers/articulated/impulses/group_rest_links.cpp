@@ -1,0 +1,322 @@
+// Joints, limits and cables of a group at rest (group_rest.cpp), as rows of its convex problem.
+//
+// A joint holds its point and the axes about which it does not rotate, by impulses of either sign.
+// Limits and cables act one way. What they may move until then is their goal. Compliances are as
+// small as those of contacts. At the end the impulses of contacts, limits and cables act on the
+// trees through their joints (group_trees.cpp), which stay closed exactly.
+#include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
+#include "engine/solvers/articulated/impulses/group_resting.hpp"
+#include "engine/solvers/articulated/internal.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+using Of = RestLink::Of;
+
+const Vec3 kAxes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+
+Real dot(const Wrench& a, const Wrench& b) {
+  return glm::dot(a.force, b.force) + glm::dot(a.torque, b.torque);
+}
+Wrench times(const Wrench& w, Real by) { return {by * w.force, by * w.torque}; }
+
+Real speed_of(const Group& g, const RestLink& l, Wrench RestBody::*motion) {
+  const Real of_a = dot(l.on_a, motion_of(g, l.a, motion));
+  return l.a == l.b ? of_a : of_a + dot(l.on_b, motion_of(g, l.b, motion));
+}
+
+/// Response of a body without joints to its wrench.
+Real response_of(const GroupBody& b, const Wrench& w) {
+  return b.per_mass * glm::dot(w.force, w.force) + glm::dot(w.torque, b.response * w.torque);
+}
+
+void set_compliance(const Group& g, RestLink& l) {
+  Real response = response_of(g.bodies[l.a], l.on_a);
+  if (l.b != l.a) response += response_of(g.bodies[l.b], l.on_b);
+  l.compliance = kRestCompliance * response;
+  l.size = l.on_a.force == Vec3(0) ? size_of(g.bodies[l.a]) : 1;
+}
+
+/// Two points, by their arms from the mass centres.
+struct Ends {
+  std::uint32_t a, b;
+  Vec3 arm_a, arm_b;
+};
+
+/// The relative velocity of two points along an axis.
+RestLink along_axis(const Group& g, const Ends& ends, Vec3 axis) {
+  RestLink l;
+  l.a = ends.a, l.b = ends.b;
+  l.on_a = {axis, glm::cross(ends.arm_a, axis)};
+  l.on_b = {-axis, -glm::cross(ends.arm_b, axis)};
+  set_compliance(g, l);
+  return l;
+}
+
+/// The relative spin about an axis.
+RestLink about_axis(const Group& g, const Ends& ends, Vec3 axis) {
+  RestLink l;
+  l.a = ends.a, l.b = ends.b;
+  l.on_a.torque = axis, l.on_b.torque = -axis;
+  set_compliance(g, l);
+  return l;
+}
+
+/// Where the next rows of a group go.
+struct Rows {
+  const Group& g;
+  std::size_t next = 0;
+  void add(RestLink l) {
+    PANTIN_ASSERT(next < g.rest_links.size());
+    g.rest_links[next++] = l;
+  }
+};
+
+/// The rotations that a joint holds: axes across the free ones.
+std::size_t held_axes(const GroupNode& n, Quat own, Quat parent, Vec3 (&held)[3]) {
+  const Turns turns = n.joint ? turns_of(n.joint->joint.kind) : Turns::freely;
+  if (turns == Turns::freely) return 0;
+  if (turns != Turns::about_x && turns != Turns::about_two) {
+    std::copy(std::begin(kAxes), std::end(kAxes), held);
+    return 3;
+  }
+  const FreeAxes free = free_axes(*n.joint, own, parent);
+  if (turns == Turns::about_two) {
+    held[0] = glm::normalize(glm::cross(free.first, free.second));
+    return 1;
+  }
+  Vec3 axes[3];
+  contact::set_axes(axes, free.first);
+  held[0] = axes[1], held[1] = axes[2];
+  return 2;
+}
+
+/// How far limits and cables may move in the step.
+struct Reach {
+  Real h, fast;
+};
+
+void add_limits(Rows& rows, const GroupNode& n, const Ends& ends, const Reach& reach) {
+  const Group& g = rows.g;
+  const Quat own = g.bodies[ends.a].pose.rotation;
+  const Quat parent =
+      ends.a == ends.b ? g.trees[n.tree].held_after.rotation : g.bodies[ends.b].pose.rotation;
+  JointLimit found[4];
+  find_limits(*n.joint, own, parent, found);
+  for (std::uint32_t s = 0; s < 4; ++s) {
+    if (!found[s].watched) continue;
+    RestLink l = about_axis(rows.g, ends, -found[s].along);
+    if (!found[s].both_ways && found[s].clearance * l.size > 2 * reach.h * reach.fast) continue;
+    l.of = found[s].both_ways ? Of::lock : Of::limit;
+    l.number = rows.g.bodies[ends.a].node, l.side = s;
+    l.goal = l.of == Of::lock ? 0 : -std::max(Real(0), found[s].clearance) / reach.h;
+    l.last = n.limits[s].impulse;
+    rows.add(l);
+  }
+}
+
+void add_joint(Rows& rows, const GroupNode& n, const Reach& reach) {
+  const Group& g = rows.g;
+  const GroupBody& own = g.bodies[n.body];
+  Ends ends{n.body, n.body, own.pose.rotation * n.own_anchor, Vec3(0)};
+  Quat parent = g.trees[n.tree].held_after.rotation;
+  if (n.parent != kNoNode) {
+    ends.b = g.nodes[n.parent].body;
+    parent = g.bodies[ends.b].pose.rotation;
+    ends.arm_b = parent * n.parent_anchor;
+  }
+  const auto add = [&](RestLink l) {
+    l.of = Of::joint;
+    rows.add(l);
+  };
+  for (const Vec3& axis : kAxes) add(along_axis(g, ends, axis));
+  Vec3 held[3];
+  const std::size_t count = held_axes(n, own.pose.rotation, parent, held);
+  for (std::size_t k = 0; k < count; ++k) add(about_axis(g, ends, held[k]));
+  if (n.is_limited) add_limits(rows, n, ends, reach);
+}
+
+/// A cable that may become taut. Its tension is the impulse.
+void add_cable(Rows& rows, std::uint32_t number, const Reach& reach) {
+  const Group& g = rows.g;
+  GroupTie& t = g.ties[number];
+  place_tie(g, t);
+  const Real span = glm::length(t.apart), stretch = span - t.length;
+  if (stretch < -2 * reach.h * reach.fast || !(span > 0)) return;
+  Ends ends{t.a, t.b, t.arm_a, t.arm_b};
+  RestLink l = along_axis(g, ends, t.apart / span);
+  l.of = Of::cable, l.number = number, l.last = t.impulse.x;
+  l.goal = stretch > 0 ? kRestClosed * stretch / reach.h : stretch / reach.h;
+  if (t.stiffness > 0) {
+    const Real soft = reach.h * (reach.h * t.stiffness + t.damping);
+    l.compliance = 1 / soft, l.goal = reach.h * t.stiffness * stretch / soft;
+  }
+  rows.add(l);
+}
+
+Real impulse_of(const RestLink& l, Real speed) {
+  const Real impulse = (l.goal - speed) / l.compliance;
+  return l.is_one_sided() ? std::max(Real(0), impulse) : impulse;
+}
+
+bool is_driven_or_sprung(const GroupNode& n) {
+  return n.has_spring || n.is_driven || n.drive || n.actuator.dof;
+}
+
+}  // namespace
+
+bool can_rest(std::span<const GroupNode> nodes, std::span<const GroupTree> trees,
+              std::span<const GroupTie> ties) {
+  return std::none_of(nodes.begin(), nodes.end(), is_driven_or_sprung) &&
+         std::all_of(trees.begin(), trees.end(),
+                     [](const GroupTree& t) { return t.from == t.to && t.held_spin == Vec3(0); }) &&
+         std::all_of(ties.begin(), ties.end(),
+                     [](const GroupTie& t) { return t.kind == GroupTie::Kind::cable; });
+}
+
+void begin_links(const Group& g, Real h, Real fast) {
+  Rows rows{g};
+  const Reach reach{h, fast};
+  for (const GroupNode& n : g.nodes)
+    if (!n.free_root) add_joint(rows, n, reach);
+  for (std::uint32_t i = 0; i < g.ties.size(); ++i) add_cable(rows, i, reach);
+  while (rows.next < g.rest_links.size()) rows.add({});
+}
+
+void predict_links(const Group& g, Real margin) {
+  for (RestLink& l : g.rest_links) {
+    if (l.of == Of::nothing) break;
+    const Real speed = speed_of(g, l, &RestBody::free);
+    l.may_press = l.is_one_sided() && l.size * speed < l.size * l.goal + margin;
+  }
+}
+
+void add_link_impulses(const Group& g, Acting acting) {
+  for (RestLink& l : g.rest_links) {
+    if (l.of == Of::nothing) break;
+    l.speed = speed_of(g, l, &RestBody::motion);
+    l.impulse = impulse_of(l, l.speed);
+    if (acting == Acting::as_before && l.is_one_sided())
+      l.impulse = l.last > 0 ? (l.goal - l.speed) / l.compliance : 0;
+    if (l.a < g.resting.size()) g.resting[l.a].residual += times(l.on_a, -l.impulse);
+    if (l.b != l.a && l.b < g.resting.size())
+      g.resting[l.b].residual += times(l.on_b, -l.impulse);
+  }
+}
+
+namespace {
+
+/// block += k x y^T
+void add_outer(Real* block, Real k, const Wrench& x, const Wrench& y) {
+  for (int i = 0; i < 6; ++i) {
+    const Real row = k * (i < 3 ? x.force[i] : x.torque[i - 3]);
+    Real* const to = block + static_cast<std::size_t>(i) * kEnvelopeWide;
+    for (int j = 0; j < 3; ++j) to[j] += row * y.force[j], to[j + 3] += row * y.torque[j];
+  }
+}
+
+}  // namespace
+
+void add_link_blocks(const Group& g, const BlockEnvelope& e) {
+  for (RestLink& l : g.rest_links) {
+    if (l.of == Of::nothing) break;
+    const bool acts = !l.is_one_sided() || l.impulse != 0 || l.presses;
+    l.presses = false;
+    if (!acts) continue;
+    const Real k = 1 / l.compliance;
+    const bool moves_a = l.a < g.resting.size(), moves_b = l.b != l.a && l.b < g.resting.size();
+    const std::size_t a = moves_a ? g.resting[l.a].row : 0, b = moves_b ? g.resting[l.b].row : 0;
+    if (moves_a) add_outer(e.block(a, a), k, l.on_a, l.on_a);
+    if (moves_b) add_outer(e.block(b, b), k, l.on_b, l.on_b);
+    if (!moves_a || !moves_b) continue;
+    if (a > b)
+      add_outer(e.block(a, b), k, l.on_b, l.on_a);
+    else
+      add_outer(e.block(b, a), k, l.on_a, l.on_b);
+  }
+}
+
+void aim_links(const Group& g) {
+  for (RestLink& l : g.rest_links) {
+    if (l.of == Of::nothing) break;
+    l.change = speed_of(g, l, &RestBody::direction);
+  }
+}
+
+Real slope_of_links(const Group& g, Real part) {
+  Real sum = 0;
+  for (const RestLink& l : g.rest_links) {
+    if (l.of == Of::nothing) break;
+    sum -= impulse_of(l, l.speed + part * l.change) * l.change;
+  }
+  return sum;
+}
+
+bool harden_links(const Group& g, Real most) {
+  bool any = false;
+  for (RestLink& l : g.rest_links) {
+    if (l.of == Of::nothing) break;
+    const bool is_elastic = l.of == Of::cable && g.ties[l.number].stiffness > 0;
+    const Real yields = l.size * l.compliance * std::abs(l.impulse);
+    if (is_elastic || !(yields > most) || most == 0) continue;
+    l.compliance *= 0.5 * most / yields, any = true;
+  }
+  return any;
+}
+
+void set_rest_impulses(const Group& g) {
+  for (std::size_t i = 0; i < g.contacts.size(); ++i) {
+    GroupContact& c = g.contacts[i];
+    c.works = g.rest_contacts[i].near;
+    c.impulse = c.works ? g.rest_contacts[i].cone.impulse : Vec3(0);
+  }
+}
+
+namespace {
+
+/// Applies the impulses that were found, through the joints.
+void push_trees(const Group& g) {
+  for (GroupNode& n : g.nodes)
+    for (GroupLimit& limit : n.limits) limit.impulse = 0;
+  for (GroupTie& t : g.ties) t.impulse = Vec3(0);
+  for (const RestLink& l : g.rest_links) {
+    if (l.of == Of::nothing) break;
+    if (l.of == Of::cable) g.ties[l.number].impulse.x = l.impulse;
+    if (l.of != Of::limit && l.of != Of::lock) continue;
+    GroupLimit& limit = g.nodes[l.number].limits[l.side];
+    limit.impulse = l.impulse;
+    // `on_a` is minus the direction of the limit.
+    if (l.impulse != 0) apply_at_joint(g, l.number, l.impulse * l.on_a.torque);
+  }
+  for (GroupTie& t : g.ties) {
+    place_tie(g, t);
+    push_tie(g, t);
+    t.passed += t.impulse;
+  }
+  for (const GroupContact& c : g.contacts)
+    if (c.impulse != Vec3(0)) push(g, c), g.a(c).touched = g.b(c).touched = true;
+}
+
+}  // namespace
+
+void move_resting_trees(const Group& g, Real h) {
+  if (g.nodes.empty()) return;
+  const GroupPart part{h, 0, 1, h};
+  prepare_trees(g, part);
+  for (GroupContact& c : g.contacts)
+    if (c.works) place(g, c);
+  for (GroupPair& p : g.pairs) {  // responses, for take_up
+    const GroupContact& c = g.contacts[p.first];
+    if (c.cross != kNoNode) g.crosses[c.cross] = cross_response_of(g, c.a, c.b);
+    prepare_pair(g, p);
+  }
+  set_rest_impulses(g);
+  push_trees(g);
+  settle_trees(g);
+  move_trees(g, part);
+  release_trees(g, part);
+  for (const GroupNode& n : g.nodes) slow_down(g.bodies[n.body], h);
+}
+
+}  // namespace pantin::detail::articulated

@@ -1,0 +1,58 @@
+#pragma once
+/// A group at rest, solved as a whole: group_rest.cpp, with the rows of joints, limits and cables of
+/// group_rest_links.cpp.
+#include "engine/solvers/articulated/impulses/group_points.hpp"
+
+namespace pantin::detail::articulated {
+
+/// Compliance R, as a fraction of the response of a point.
+inline constexpr Real kRestCompliance = 1e-7;
+/// Fraction of an overlap closed in a step.
+inline constexpr Real kRestClosed = 0.2;
+
+/// Which rows act: those of the current speeds, or those of the last step.
+enum class Acting : std::uint8_t { now, as_before };
+
+/// A motion of a body; a fixed one keeps its own, and has no direction.
+inline Wrench motion_of(const Group& g, std::uint32_t body, Wrench RestBody::*motion) {
+  if (body < g.resting.size()) return g.resting[body].*motion;
+  const GroupBody& b = g.bodies[body];
+  return motion == &RestBody::direction ? Wrench{} : Wrench{b.velocity, b.spin};
+}
+
+/// m: a radius of gyration.
+inline Real size_of(const GroupBody& b) {
+  const Vec3 per = b.per_inertia;
+  return std::sqrt(b.per_mass / std::min({per.x, per.y, per.z}));
+}
+
+/// The most rows that a joint or a cable may have.
+inline constexpr std::size_t kMostJointLinks = 6, kMostLimitLinks = 4;
+
+/// The rows of all joints, limits within reach and cables at the current poses; arms refer to mass
+/// centres. `fast`: m/s, above which bodies do not rest.
+void begin_links(const Group& g, Real h, Real fast);
+/// Predicts which limits and cables act, given a margin of speed, m/s.
+void predict_links(const Group& g, Real margin);
+/// Computes the impulses, and adds them to the residuals of momentum.
+void add_link_impulses(const Group& g, Acting acting);
+/// Adds J^T G J to the matrix.
+void add_link_blocks(const Group& g, const BlockEnvelope& e);
+/// Before a line search: changes of speed along the direction.
+void aim_links(const Group& g);
+/// Derivative of the rows' part of the objective at a fraction of the direction.
+Real slope_of_links(const Group& g, Real part);
+/// Reduces the compliance of rows that yield faster. Whether there are any.
+bool harden_links(const Group& g, Real most);
+
+/// Whether the joints of these trees and the ties can be such rows: no springs, motors or friction
+/// of joints, no closed loops, no moving anchors.
+bool can_rest(std::span<const GroupNode> nodes, std::span<const GroupTree> trees,
+              std::span<const GroupTie> ties);
+
+/// Writes the impulses that were found to the contacts.
+void set_rest_impulses(const Group& g);
+/// Moves trees by the impulses that were found, through their joints.
+void move_resting_trees(const Group& g, Real h);
+
+}  // namespace pantin::detail::articulated
