@@ -214,6 +214,7 @@ void let_sleep(World& world, const Group& g, Real h) {
   const bool settled = is_settled(g.contacts), deep = is_deep(g.contacts);
   bool still = std::none_of(g.contacts.begin(), g.contacts.end(), bears_moving_surface);
   bool rested = false;  // current island; among trees, arms may swing for long
+  bool all_dead = true;
   const bool is_heap = g.trees.empty() && !g.has_at_most(kFewBodies);
   const Real turning = is_heap ? kSpinsInHeap * kTurning : kTurning;
   const Real patience = is_heap ? kPatienceInHeap : kPatience;
@@ -232,11 +233,14 @@ void let_sleep(World& world, const Group& g, Real h) {
     }
     if (!a.contact_active || drives || !(speed < slow && spin < turning * slow)) a.quiet_time = 0;
     const bool dead = speed < kDead * slow && spin < kTurning * kDead * slow;
+    all_dead = all_dead && dead;
     still =
         still && !drives && (rested || a.quiet_time > (dead && settled ? kTimeToSleep : patience));
   }
-  for (const GroupTie& t : g.ties)
-    still = still && (t.kind != GroupTie::Kind::cable || t.passed.x == 0);
+  for (const GroupTie& t : g.ties) {
+    const bool is_slack = t.kind != GroupTie::Kind::cable || t.passed.x == 0;
+    still = still && (is_slack || all_dead);
+  }
   for (const GroupTree& t : g.trees) still = still && t.from == t.to && t.held_spin == Vec3(0);
   if (!still) return;
   for (const GroupBody& f : g.bodies)

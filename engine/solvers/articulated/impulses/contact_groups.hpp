@@ -157,6 +157,7 @@ struct GroupTree {
   Vec3 before{0};           // m/s, of a free tree's mass centre, before forces
   Real energy_removed = 0;  // J, from all of the group over the step
   bool touched = false;
+  bool stands = false;                // in a part of a step solved by rest_group()
   bool has_loops = false;             // its island has rigid ties
   std::uint32_t loops = kNoNode;      // its GroupLoops, in the group
   std::uint32_t first_tie = kNoNode;  // the first rigid tie on this tree
@@ -347,7 +348,8 @@ void gather_impulse(const Group& g, std::uint32_t node);
 void follow_impulse(const Group& g, std::uint32_t node);
 /// Updates the motions of all trees.
 void settle_trees(const Group& g);
-/// Moves the trees by their motions (group_motion.cpp).
+/// Moves the trees by their motions (group_motion.cpp). Of a tree that stands, the bodies that are
+/// pressed move as they would without joints.
 void move_trees(const Group& g, const GroupPart& part);
 /// Updates the motions of one tree.
 void settle_tree(const Group& g, GroupTree& t);
@@ -395,11 +397,13 @@ void slow_bodies(const Group& g, Real now, Real before);
 
 // Groups at rest, solved as a whole (group_rest.cpp).
 
-/// Whether bodies, of which the first `free` are dynamic, hardly move in a step of h seconds.
+/// Whether bodies, of which the first `free` are dynamic, hardly move in a step of h seconds. Light
+/// bodies with joints may, unless they are `touched`.
 bool is_calm(std::span<const GroupBody> bodies, std::size_t free, Real h);
-/// Takes the whole step if the group stays at rest, and leaves impulses of h seconds. Else returns
-/// false and moves nothing.
-bool rest_group(const Group& g, Real h);
+/// Takes the step, or a part of it, if the group stays at rest, and leaves impulses of part.h
+/// seconds. Else returns false and moves nothing. In a part of a step arms that touch nothing may
+/// swing.
+bool rest_group(const Group& g, const GroupPart& part);
 
 // Springs and cables (group_ties.cpp).
 /// Updates the arms and the gap of a tie.

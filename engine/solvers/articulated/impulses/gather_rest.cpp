@@ -48,6 +48,8 @@ bool has_faces(std::span<const GroupContact> contacts) {
 
 void gather_resting(GroupScratch& r, const GroupScratch::Range& range, Real h) {
   const auto bodies = std::span(r.bodies).subspan(range.first_body);
+  for (const GroupContact& c : std::span(r.contacts).subspan(range.first_contact))
+    if (c.impulse.x > 0) bodies[c.a].touched = bodies[c.b].touched = true;
   const std::size_t count = free_bodies(bodies);
   if (count < 2 || r.rollings.size() > range.first_rolling || !is_calm(bodies, count, h) ||
       !can_rest(std::span(r.nodes).subspan(range.first_node),

@@ -148,9 +148,10 @@ void push_towards_goals(const Group& g, const GroupTree& t) {
 }
 
 /// Places the bodies by their joints, then minimises the mass-weighted distances to their goals by
-/// rotations (Gauss-Newton steps).
+/// rotations (Gauss-Newton steps). They would turn bodies on which a tree stands.
 void close_joints(const Group& g, const GroupTree& t, const Moved& to) {
   place_by_joints(g, t, to);
+  if (t.stands) return;
   Miss miss = miss_of(g, t);
   for (int round = 0; round < kMostRounds && miss.largest > kPoseTolerance; ++round) {
     push_towards_goals(g, t);
@@ -179,8 +180,28 @@ void set_goals(const Group& g, GroupTree& t, const GroupPart& part) {
   }
 }
 
+/// Translates a tree so that the bodies that bear it move as their contacts ask for, in the mean:
+/// swinging arms would push them into the ground, or aside.
+void keep_standing(const Group& g, const GroupTree& t) {
+  Vec3 mean(0);
+  Real sum = 0;
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+    GroupNode& n = g.nodes[i];
+    const Real pressed = g.resting[n.body].pressed;
+    n.missed_by = g.bodies[n.body].pose.position - n.goal;
+    mean += pressed * n.missed_by, sum += pressed;
+  }
+  PANTIN_ASSERT(sum > 0);
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+    GroupNode& n = g.nodes[i];
+    n.missed_by -= mean / sum;
+    g.bodies[n.body].pose.position -= mean / sum;
+  }
+}
+
 /// Stores the joints' corrections of positions; keeps the mass centre of a free tree on its path.
 void keep_mass_centre(const Group& g, const GroupTree& t, const GroupPart& part) {
+  if (t.stands && is_free(g, t)) return keep_standing(g, t);
   Vec3 mean(0), drift(0);
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
     GroupNode& n = g.nodes[i];
@@ -295,7 +316,8 @@ void slow_to_way(const Group& g, const GroupTree& t, const Prevented& p, Real h)
     g.bodies[g.nodes[i].body].velocity += share * g.nodes[i].missed_by;
 }
 
-/// J: kinetic energy of a tree relative to its mass centre, from the momenta of its bodies.
+/// J: kinetic energy of a tree relative to its mass centre, if it stands to the ground, from the
+/// momenta of its bodies.
 Real inner_energy(const Group& g, const GroupTree& t) {
   Vec3 drift(0);
   Real sum = 0;
@@ -306,16 +328,16 @@ Real inner_energy(const Group& g, const GroupTree& t) {
     drift += n.mass * b.velocity;
     sum += 0.5 * (n.mass * glm::dot(b.velocity, b.velocity) + glm::dot(inside, inside / n.inertia));
   }
-  return sum - 0.5 * glm::dot(drift, drift) / t.mass;
+  return t.stands ? sum : sum - 0.5 * glm::dot(drift, drift) / t.mass;
 }
 
-/// Scales motions relative to the mass centre so that moving the tree adds no energy.
+/// Scales these motions so that moving the tree adds no energy.
 void bound_inner_energy(const Group& g, const GroupTree& t, Real before) {
   const Real now = inner_energy(g, t);
   if (!(now > before)) return;
   const Real part = std::sqrt(std::max(Real(0), before / now));
   Vec3 drift(0);
-  for (std::uint32_t i = t.first; i < t.first + t.count; ++i)
+  for (std::uint32_t i = t.first; !t.stands && i < t.first + t.count; ++i)
     drift += g.nodes[i].mass / t.mass * g.bodies[g.nodes[i].body].velocity;
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
     GroupBody& b = g.bodies[g.nodes[i].body];
@@ -347,7 +369,7 @@ void release_tree(const Group& g, GroupTree& t, const GroupPart& part) {
   Real energy = inner_energy(g, t);
   if (prevented.way > kFastWay) energy -= std::max(Real(0), prevented.lifted);
   slow_to_way(g, t, prevented, part.h);
-  if (is_free(g, t)) keep_angular_momentum(g, t, before);
+  if (is_free(g, t) && !t.stands) keep_angular_momentum(g, t, before);
   bound_inner_energy(g, t, energy);
 }
 

@@ -3,11 +3,10 @@
 // The velocities v at the end of the step are those at which
 //   1/2 (v - v*)^T M (v - v*) + 1/2 sum over points of R |p|^2
 // is least, with v* those without contacts. The impulse p of a point is (goal - J v) / R, projected
-// to Coulomb's cone. Joints, limits and cables are points of such a kind (group_rest_links.cpp). The
-// compliance R is so small that loads leave no visible overlap. Newton's method uses a factor of
-// M + J^T G J, whose blocks are pairs of bodies that touch or are joined: a tower's is banded. Groups
-// at rest take at most one iteration, whatever their weight.
-// [Castro, Permenter & Han 2022]
+// to Coulomb's cone. Joints, limits and cables are points of such a kind (group_rest_links.cpp).
+// The compliance R is so small that loads leave no visible overlap. Newton's method uses a factor
+// of M + J^T G J, whose blocks are pairs of bodies that touch or are joined: a tower's is banded.
+// Groups at rest take at most one iteration, whatever their weight. [Castro, Permenter & Han 2022]
 //
 // The convex problem lets friction lift sliding bodies. So where a body slides, moves, or the
 // search does not converge, nothing is done here, and sweeps follow (step_group.cpp).
@@ -26,6 +25,8 @@ namespace {
 constexpr Real kCalmSpeed = 0.02, kCalmWay = 0.02;
 /// m/s: the same for few bodies, whose other method is exact: they must be nearly still.
 constexpr Real kStill = 1e-3;
+/// Largest fraction of a group's mass that may swing from it.
+constexpr Real kArms = 0.1;
 /// Sizes of a body per second: faster sliding is not rest.
 constexpr Real kSlides = 0.05;
 /// Largest closing speed under load, as a fraction of the speed that weight gives in a step; points
@@ -34,14 +35,14 @@ constexpr Real kSinks = 1e-5;
 constexpr int kHardenings = 8;
 /// Multiples of a shallow overlap: deeper ones are left to sweeps, which separate them faster.
 constexpr Real kDeep = 2;
-/// Largest speed that closes an overlap, sizes of a body per second; overlap that stays, in sizes of
-/// a body.
+/// Largest speed that closes an overlap, sizes of a body per second; overlap that stays, in sizes
+/// of a body.
 constexpr Real kCloses = 1e-2, kSunk = 1e-6;
 /// Margin of the predicted active set, as a fraction of the speed that weight gives in a step.
 constexpr Real kMayPress = 0.1;
 /// An impulse slides if it is longer across than this fraction of its bound.
 constexpr Real kOnCone = 1 - 1e-9;
-constexpr int kFirstIterations = 2, kSearchSteps = 40;
+constexpr int kFirstIterations = 2, kSwingIterations = 12, kSearchSteps = 40;
 /// Continuation: multiples of the compliance, and iterations with each.
 constexpr std::pair<Real, int> kSofter[] = {{1e4, 20}, {1e3, 20}, {1e2, 20}, {1e1, 20}, {1, 20}};
 /// Tolerance of the residual, as a fraction of the fastest speed without contacts, which counts as
@@ -119,13 +120,21 @@ Wrench momentum_of(const GroupBody& b, const RestBody& r, const Wrench& motion) 
 void begin_bodies(const Group& g, Real h) {
   for (GroupBody& b : g.bodies) b.centre = b.pose.position;
   for (std::size_t i = 0; i < g.resting.size(); ++i) {
-    const GroupBody& b = g.bodies[i];
+    GroupBody& b = g.bodies[i];
     RestBody& r = g.resting[i];
+    if (b.node != kNoNode) b.response = inverse_inertia(b, b.pose.rotation);
+    r.touches = b.node == kNoNode;
     const Real kept = std::exp(-0.5 * h * b.drag);
     r.inertia = inertia_of(b);
     r.free.force = kept * b.velocity + h * b.acceleration;
     r.free.torque = b.response * (kept * b.angular_momentum + h * b.torque);
   }
+}
+
+/// m/s, without contacts and joints, if one of the bodies has joints: an arm may swing.
+Real closing_speed(const Group& g, const GroupContact& c) {
+  if (g.nodes.empty()) return 0;
+  return std::max(-speed_of(g, c, &RestBody::free).x, -speed_of(g, c, &RestBody::motion).x);
 }
 
 /// Whether one of the bodies has joints. Shallow overlaps of such bodies stay: joints could not
@@ -144,8 +153,10 @@ bool begin_contacts(const Group& g, Real h) {
     GroupContact& c = g.contacts[i];
     RestContact& r = g.rest_contacts[i];
     place(g, c);
-    r.near = c.gap < 2 * h * kCalmSpeed;
+    r.near = c.gap < 2 * h * std::max(kCalmSpeed, closing_speed(g, c));
     if (!r.near) continue;
+    g.resting[c.a].touches = true;
+    if (c.b < g.resting.size()) g.resting[c.b].touches = true;
     if (c.gap < -kDeep * c.shallow) return false;
     Pair pair{{g, c.a}, {g, c.b}, nullptr};
     pair.a.response = pair.b.response = nullptr;  // without joints
@@ -165,8 +176,8 @@ bool begin_contacts(const Group& g, Real h) {
   return true;
 }
 
-/// Computes the impulses, and the residuals of momentum with them. Returns the largest as a speed of
-/// a body, m/s.
+/// Computes the impulses, and the residuals of momentum with them. Returns the largest as a speed
+/// of a body, m/s.
 Real measure(const Group& g, Acting acting = Acting::now) {
   for (std::size_t i = 0; i < g.resting.size(); ++i) {
     RestBody& r = g.resting[i];
@@ -410,36 +421,67 @@ bool is_calm(const GroupBody& b, const Wrench& motion, Real h, Real most) {
 
 Real most_of(std::size_t bodies) { return bodies > kFewBodies ? kCalmSpeed : kStill; }
 
+/// Adds up the bodies of a group that rest and those that swing from them.
+struct Calmness {
+  enum class May : std::uint8_t { rest, swing };
+  Real most = 0, moving = 0, whole = 0;  // m/s; kg
+  bool is_lost = false;                  // a body moves that must not
+
+  void add(const GroupBody& b, const Wrench& motion, Real h, May may) {
+    whole += 1 / b.per_mass;
+    if (is_calm(b, motion, h, most)) return;
+    moving += 1 / b.per_mass;
+    is_lost = is_lost || may == May::rest;
+  }
+  bool holds() const { return !is_lost && moving <= kArms * whole; }
+};
+
+/// Whether all bodies are calm in a step; in a part of it light ones that touch nothing may swing.
+bool are_calm(const Group& g, const GroupPart& part) {
+  Calmness calm{most_of(g.resting.size())};
+  for (std::size_t i = 0; i < g.resting.size(); ++i) {
+    const RestBody& r = g.resting[i];
+    const bool swings = part.h < part.whole && !r.touches;
+    calm.add(g.bodies[i], r.motion, part.h, swings ? Calmness::May::swing : Calmness::May::rest);
+  }
+  return calm.holds();
+}
+
 }  // namespace
 
 bool is_calm(std::span<const GroupBody> bodies, std::size_t free, Real h) {
-  return std::all_of(bodies.begin(), bodies.end(), [&](const GroupBody& b) {
-    if (b.per_mass > 0) return is_calm(b, {b.velocity, b.spin}, h, most_of(free));
-    return b.velocity == Vec3(0) && b.spin == Vec3(0);
-  });
+  Calmness calm{most_of(free)};
+  for (const GroupBody& b : bodies)
+    if (b.per_mass > 0)
+      calm.add(b, {b.velocity, b.spin}, h,
+               b.node != kNoNode && !b.touched ? Calmness::May::swing : Calmness::May::rest);
+    else if (b.velocity != Vec3(0) || b.spin != Vec3(0))
+      return false;
+  return calm.holds();
 }
 
-bool rest_group(const Group& g, Real h) {
+bool rest_group(const Group& g, const GroupPart& part) {
+  const Real h = part.h;
   if (g.resting.empty()) return false;
   PANTIN_ASSERT(g.resting.size() == free_bodies(g.bodies));
   begin_bodies(g, h);
-  if (!begin_contacts(g, h)) return false;
+  start(g);
+  if (!begin_contacts(g, h) || !are_calm(g, part)) return false;
   Real fastest = kLeastSpeed;
   for (const RestBody& r : g.resting) fastest = std::max(fastest, glm::length(r.free.force));
   start(g);
   const Real enough = kBalanced * fastest;
-  if (!(resume(g) && iterate(g, enough, kFirstIterations))) {
+  const int first = h < part.whole ? kSwingIterations : kFirstIterations;
+  if (!(resume(g) && iterate(g, enough, first))) {
     start(g);
     if (!iterate(g, enough, kFirstIterations) && !iterate_softer(g, fastest)) return false;
   }
   for (int n = 0; harden(g, h); ++n)
     if (n == kHardenings || !iterate(g, enough, kSofter[0].second)) return false;
-  if (!is_at_rest(g)) return false;
-  for (std::size_t i = 0; i < g.resting.size(); ++i)
-    if (!is_calm(g.bodies[i], g.resting[i].motion, h, most_of(g.resting.size()))) return false;
+  if (!is_at_rest(g) || !are_calm(g, part)) return false;
   set_rest_impulses(g);
   for (GroupContact& c : g.contacts) c.passed += c.impulse;
-  move_resting_trees(g, h);
+  move_resting_trees(g, part);
   for (std::size_t i = 0; i < g.resting.size(); ++i) {
     GroupBody& b = g.bodies[i];
     const RestBody& r = g.resting[i];

@@ -200,8 +200,7 @@ void add_link_impulses(const Group& g, Acting acting) {
     if (acting == Acting::as_before && l.is_one_sided())
       l.impulse = l.last > 0 ? (l.goal - l.speed) / l.compliance : 0;
     if (l.a < g.resting.size()) g.resting[l.a].residual += times(l.on_a, -l.impulse);
-    if (l.b != l.a && l.b < g.resting.size())
-      g.resting[l.b].residual += times(l.on_b, -l.impulse);
+    if (l.b != l.a && l.b < g.resting.size()) g.resting[l.b].residual += times(l.on_b, -l.impulse);
   }
 }
 
@@ -266,10 +265,14 @@ bool harden_links(const Group& g, Real most) {
 }
 
 void set_rest_impulses(const Group& g) {
+  for (RestBody& r : g.resting) r.pressed = 0;
   for (std::size_t i = 0; i < g.contacts.size(); ++i) {
     GroupContact& c = g.contacts[i];
     c.works = g.rest_contacts[i].near;
     c.impulse = c.works ? g.rest_contacts[i].cone.impulse : Vec3(0);
+    c.before = c.impulse.x;
+    for (const std::uint32_t body : {c.a, c.b})
+      if (body < g.resting.size()) g.resting[body].pressed += c.impulse.x;
   }
 }
 
@@ -300,9 +303,8 @@ void push_trees(const Group& g) {
 
 }  // namespace
 
-void move_resting_trees(const Group& g, Real h) {
+void move_resting_trees(const Group& g, const GroupPart& part) {
   if (g.nodes.empty()) return;
-  const GroupPart part{h, 0, 1, h};
   prepare_trees(g, part);
   for (GroupContact& c : g.contacts)
     if (c.works) place(g, c);
@@ -314,9 +316,11 @@ void move_resting_trees(const Group& g, Real h) {
   set_rest_impulses(g);
   push_trees(g);
   settle_trees(g);
+  for (const GroupNode& n : g.nodes)
+    if (g.resting[n.body].pressed > 0) g.trees[n.tree].stands = true;
   move_trees(g, part);
   release_trees(g, part);
-  for (const GroupNode& n : g.nodes) slow_down(g.bodies[n.body], h);
+  for (const GroupNode& n : g.nodes) slow_down(g.bodies[n.body], part.h);
 }
 
 }  // namespace pantin::detail::articulated

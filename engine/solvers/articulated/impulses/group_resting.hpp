@@ -1,6 +1,6 @@
 #pragma once
-/// A group at rest, solved as a whole: group_rest.cpp, with the rows of joints, limits and cables of
-/// group_rest_links.cpp.
+/// A group at rest, solved as a whole: group_rest.cpp, with the rows of joints, limits and cables
+/// of group_rest_links.cpp.
 #include "engine/solvers/articulated/impulses/group_points.hpp"
 
 namespace pantin::detail::articulated {
@@ -53,6 +53,6 @@ bool can_rest(std::span<const GroupNode> nodes, std::span<const GroupTree> trees
 /// Writes the impulses that were found to the contacts.
 void set_rest_impulses(const Group& g);
 /// Moves trees by the impulses that were found, through their joints.
-void move_resting_trees(const Group& g, Real h);
+void move_resting_trees(const Group& g, const GroupPart& part);
 
 }  // namespace pantin::detail::articulated

@@ -156,7 +156,7 @@ void find_response(const Group& g, GroupNode& n) {
 
 /// Positions and inertias of a tree's bodies, and their momenta at the start of the substep.
 void place_nodes(const Group& g, GroupTree& t, Real h) {
-  t.before = Vec3(0), t.mass = 0, t.touched = false;
+  t.before = Vec3(0), t.mass = 0, t.touched = t.stands = false;
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
     GroupNode& n = g.nodes[i];
     GroupBody& b = g.bodies[n.body];

@@ -30,6 +30,8 @@ struct SpatialInertia {
 /// A body of a group at rest (group_rest.cpp). A motion is a velocity and a spin.
 struct RestBody {
   std::uint32_t row = 0;       // of the factor
+  bool touches = false;        // in the step
+  Real pressed = 0;            // N s, by its contacts
   Mat3 inertia{0};             // kg m^2, world axes
   Wrench free, motion;         // without contacts and joints; current iterate
   Wrench residual, direction;  // of momentum; of Newton's method
@@ -64,7 +66,7 @@ struct RestLink {
   Real compliance = 0;                 // 1/kg, 1/(kg m^2) of rotations
   Real size = 0;                       // m: a speed per unit of `speed`
   Real goal = 0, speed = 0, change = 0;
-  Real last = 0, impulse = 0;  // of the last step; never negative at limits and cables
+  Real last = 0, impulse = 0;               // of the last step; never negative at limits and cables
   bool may_press = false, presses = false;  // as of RestContact
   bool is_one_sided() const { return of == Of::limit || of == Of::cable; }
 };

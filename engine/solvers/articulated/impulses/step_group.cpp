@@ -393,8 +393,9 @@ void step_group(const Group& g, Real h, Pace& pace) {
   const bool is_bound = !g.trees.empty() && is_left_alone(g);
   const Real energy = energy_of_bodies(g);
   for (GroupBody& b : g.bodies) b.from = b.pose.position;
-  const bool rests = rest_group(g, h);
+  const bool rests = rest_group(g, {h, 0, 1, h});
   if (rests) change_length(g, s.h / h);
+  bool swings = !rests && !g.trees.empty();  // only arms that touch nothing move
   s.part = {s.h, 0, 0, h};
   bool in_haste = false;
   for (int n = 0, left = rests ? 0 : substeps; left > 0; ++n, --left) {
@@ -409,10 +410,11 @@ void step_group(const Group& g, Real h, Pace& pace) {
     s.part.begin = s.part.end;
     const Real after = in_haste ? s.part.begin + (1 - s.part.begin) / left : Real(n + 1) / substeps;
     s.part.end = left == 1 ? 1 : after;
-    take_parts(g, s, turned(Order::forwards, n));
+    swings = swings && !in_haste && rest_group(g, s.part);
+    if (!swings) take_parts(g, s, turned(Order::forwards, n));
     pace.note_substep();
   }
-  if (!s.hard) take_up(g, s, rests ? kForGood : h);
+  if (!s.hard) take_up(g, s, rests || swings ? kForGood : h);
   const GroupPart end{0, 1, 1, h};
   if (!g.loops.empty()) {
     for (GroupLoops& l : g.loops) l.open *= kLeftOpen;
