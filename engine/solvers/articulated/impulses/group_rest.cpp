@@ -21,12 +21,6 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// A body is calm below this speed, m/s, and this path in a step, in sizes of the body.
-constexpr Real kCalmSpeed = 0.02, kCalmWay = 0.02;
-/// m/s: the same for few bodies, whose other method is exact: they must be nearly still.
-constexpr Real kStill = 1e-3;
-/// Largest fraction of a group's mass that may swing from it.
-constexpr Real kArms = 0.1;
 /// Sizes of a body per second: faster sliding is not rest.
 constexpr Real kSlides = 0.05;
 /// Largest closing speed under load, as a fraction of the speed that weight gives in a step; points
@@ -36,8 +30,8 @@ constexpr int kHardenings = 8;
 /// Multiples of a shallow overlap: deeper ones are left to sweeps, which separate them faster.
 constexpr Real kDeep = 2;
 /// Largest speed that closes an overlap, sizes of a body per second; overlap that stays, in sizes
-/// of a body.
-constexpr Real kCloses = 1e-2, kSunk = 1e-6;
+/// of a body, and the largest that stays between bodies with joints.
+constexpr Real kCloses = 1e-2, kSunk = 1e-6, kSunkJoined = 0.05;
 /// Margin of the predicted active set, as a fraction of the speed that weight gives in a step.
 constexpr Real kMayPress = 0.1;
 /// An impulse slides if it is longer across than this fraction of its bound.
@@ -153,7 +147,7 @@ bool begin_contacts(const Group& g, Real h) {
     GroupContact& c = g.contacts[i];
     RestContact& r = g.rest_contacts[i];
     place(g, c);
-    r.near = c.gap < 2 * h * std::max(kCalmSpeed, closing_speed(g, c));
+    r.near = c.gap < 2 * h * std::max(kRestSpeed, closing_speed(g, c));
     if (!r.near) continue;
     g.resting[c.a].touches = true;
     if (c.b < g.resting.size()) g.resting[c.b].touches = true;
@@ -165,13 +159,13 @@ bool begin_contacts(const Group& g, Real h) {
       response += glm::dot(axis, response_of(pair, arms_of(c), axis)) / 3;
     r.compliance = kRestCompliance * response;
     const Real size = size_of(g.a(c));
-    const Real stays = std::max(kSunk * size, is_joined(g, c) ? c.shallow : 0);
+    const Real stays = is_joined(g, c) ? std::min(c.shallow, kSunkJoined * size) : kSunk * size;
     const Real deep = std::max(Real(0), -c.gap - stays);
     r.goal.x = c.gap > 0 ? -c.gap / h : std::min(kRestClosed * deep / h, kCloses * size);
     r.may_press = speed_of(g, c, &RestBody::free).x < r.goal.x + kMayPress * h * weight;
     r.goal.y = -c.surface_first, r.goal.z = -c.surface_second;
   }
-  begin_links(g, h, kCalmSpeed);
+  begin_links(g, h, kRestSpeed);
   predict_links(g, kMayPress * h * weight);
   return true;
 }
@@ -413,52 +407,7 @@ bool is_at_rest(const Group& g) {
   return true;
 }
 
-bool is_calm(const GroupBody& b, const Wrench& motion, Real h, Real most) {
-  const Real size = size_of(b);
-  const Real speed = glm::length(motion.force) + size * glm::length(motion.torque);
-  return speed < most && h * speed < kCalmWay * size;
-}
-
-Real most_of(std::size_t bodies) { return bodies > kFewBodies ? kCalmSpeed : kStill; }
-
-/// Adds up the bodies of a group that rest and those that swing from them.
-struct Calmness {
-  enum class May : std::uint8_t { rest, swing };
-  Real most = 0, moving = 0, whole = 0;  // m/s; kg
-  bool is_lost = false;                  // a body moves that must not
-
-  void add(const GroupBody& b, const Wrench& motion, Real h, May may) {
-    whole += 1 / b.per_mass;
-    if (is_calm(b, motion, h, most)) return;
-    moving += 1 / b.per_mass;
-    is_lost = is_lost || may == May::rest;
-  }
-  bool holds() const { return !is_lost && moving <= kArms * whole; }
-};
-
-/// Whether all bodies are calm in a step; in a part of it light ones that touch nothing may swing.
-bool are_calm(const Group& g, const GroupPart& part) {
-  Calmness calm{most_of(g.resting.size())};
-  for (std::size_t i = 0; i < g.resting.size(); ++i) {
-    const RestBody& r = g.resting[i];
-    const bool swings = part.h < part.whole && !r.touches;
-    calm.add(g.bodies[i], r.motion, part.h, swings ? Calmness::May::swing : Calmness::May::rest);
-  }
-  return calm.holds();
-}
-
 }  // namespace
-
-bool is_calm(std::span<const GroupBody> bodies, std::size_t free, Real h) {
-  Calmness calm{most_of(free)};
-  for (const GroupBody& b : bodies)
-    if (b.per_mass > 0)
-      calm.add(b, {b.velocity, b.spin}, h,
-               b.node != kNoNode && !b.touched ? Calmness::May::swing : Calmness::May::rest);
-    else if (b.velocity != Vec3(0) || b.spin != Vec3(0))
-      return false;
-  return calm.holds();
-}
 
 bool rest_group(const Group& g, const GroupPart& part) {
   const Real h = part.h;

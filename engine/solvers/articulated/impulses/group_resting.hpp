@@ -7,6 +7,8 @@ namespace pantin::detail::articulated {
 
 /// Compliance R, as a fraction of the response of a point.
 inline constexpr Real kRestCompliance = 1e-7;
+/// m/s: slower bodies may be at rest.
+inline constexpr Real kRestSpeed = 0.02;
 /// Fraction of an overlap closed in a step.
 inline constexpr Real kRestClosed = 0.2;
 
@@ -25,6 +27,10 @@ inline Real size_of(const GroupBody& b) {
   const Vec3 per = b.per_inertia;
   return std::sqrt(b.per_mass / std::min({per.x, per.y, per.z}));
 }
+
+/// Whether all bodies are calm in a step; in a part of it light ones that touch nothing may swing
+/// (group_calm.cpp).
+bool are_calm(const Group& g, const GroupPart& part);
 
 /// The most rows that a joint or a cable may have.
 inline constexpr std::size_t kMostJointLinks = 6, kMostLimitLinks = 4;
