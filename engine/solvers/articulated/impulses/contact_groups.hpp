@@ -400,10 +400,11 @@ void slow_bodies(const Group& g, Real now, Real before);
 /// Whether bodies, of which the first `free` are dynamic, hardly move in a step of h seconds. Light
 /// bodies with joints may, unless they are `touched`.
 bool is_calm(std::span<const GroupBody> bodies, std::size_t free, Real h);
+/// What rest_group() found: the group rests; a body moves; there is no such solution.
+enum class Rest : std::uint8_t { taken, moves, fails };
 /// Takes the step, or a part of it, if the group stays at rest, and leaves impulses of part.h
-/// seconds. Else returns false and moves nothing. In a part of a step arms that touch nothing may
-/// swing.
-bool rest_group(const Group& g, const GroupPart& part);
+/// seconds. Else it moves nothing. In a part of a step light arms that touch nothing may swing.
+Rest rest_group(const Group& g, const GroupPart& part);
 
 // Springs and cables (group_ties.cpp).
 /// Updates the arms and the gap of a tie.

@@ -409,13 +409,14 @@ bool is_at_rest(const Group& g) {
 
 }  // namespace
 
-bool rest_group(const Group& g, const GroupPart& part) {
+Rest rest_group(const Group& g, const GroupPart& part) {
   const Real h = part.h;
-  if (g.resting.empty()) return false;
+  if (g.resting.empty()) return Rest::fails;
   PANTIN_ASSERT(g.resting.size() == free_bodies(g.bodies));
   begin_bodies(g, h);
   start(g);
-  if (!begin_contacts(g, h) || !are_calm(g, part)) return false;
+  if (!begin_contacts(g, h)) return Rest::fails;
+  if (!are_calm(g, part)) return Rest::moves;
   Real fastest = kLeastSpeed;
   for (const RestBody& r : g.resting) fastest = std::max(fastest, glm::length(r.free.force));
   start(g);
@@ -423,11 +424,12 @@ bool rest_group(const Group& g, const GroupPart& part) {
   const int first = h < part.whole ? kSwingIterations : kFirstIterations;
   if (!(resume(g) && iterate(g, enough, first))) {
     start(g);
-    if (!iterate(g, enough, kFirstIterations) && !iterate_softer(g, fastest)) return false;
+    if (!iterate(g, enough, kFirstIterations) && !iterate_softer(g, fastest)) return Rest::fails;
   }
   for (int n = 0; harden(g, h); ++n)
-    if (n == kHardenings || !iterate(g, enough, kSofter[0].second)) return false;
-  if (!is_at_rest(g) || !are_calm(g, part)) return false;
+    if (n == kHardenings || !iterate(g, enough, kSofter[0].second)) return Rest::fails;
+  if (!is_at_rest(g)) return Rest::fails;
+  if (!are_calm(g, part)) return Rest::moves;
   set_rest_impulses(g);
   for (GroupContact& c : g.contacts) c.passed += c.impulse;
   move_resting_trees(g, part);
@@ -442,7 +444,7 @@ bool rest_group(const Group& g, const GroupPart& part) {
   }
   if (g.nodes.empty())
     for (GroupPair& p : g.pairs) prepare_pair(g, p);  // responses, for take_up
-  return true;
+  return Rest::taken;
 }
 
 }  // namespace pantin::detail::articulated

@@ -393,9 +393,10 @@ void step_group(const Group& g, Real h, Pace& pace) {
   const bool is_bound = !g.trees.empty() && is_left_alone(g);
   const Real energy = energy_of_bodies(g);
   for (GroupBody& b : g.bodies) b.from = b.pose.position;
-  const bool rests = rest_group(g, {h, 0, 1, h});
+  const Rest rest = rest_group(g, {h, 0, 1, h});
+  const bool rests = rest == Rest::taken;
   if (rests) change_length(g, s.h / h);
-  bool swings = !rests && !g.trees.empty();  // only arms that touch nothing move
+  bool swings = rest == Rest::moves && !g.trees.empty();  // only arms that touch nothing move
   s.part = {s.h, 0, 0, h};
   bool in_haste = false;
   for (int n = 0, left = rests ? 0 : substeps; left > 0; ++n, --left) {
@@ -410,7 +411,7 @@ void step_group(const Group& g, Real h, Pace& pace) {
     s.part.begin = s.part.end;
     const Real after = in_haste ? s.part.begin + (1 - s.part.begin) / left : Real(n + 1) / substeps;
     s.part.end = left == 1 ? 1 : after;
-    swings = swings && !in_haste && rest_group(g, s.part);
+    swings = swings && !in_haste && rest_group(g, s.part) == Rest::taken;
     if (!swings) take_parts(g, s, turned(Order::forwards, n));
     pace.note_substep();
   }
