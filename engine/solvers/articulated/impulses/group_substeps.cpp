@@ -13,6 +13,8 @@ namespace {
 /// substeps.
 constexpr Real kLongestSubstep = 1.0 / 470, kLongestTreeSubstep = 1.0 / 235,
                kLongestHardSubstep = 1.0 / 235;
+/// m/s: towers beside trees need the shorter ones while they are slower.
+constexpr Real kStackSpeed = 0.2;
 /// Bounds on substeps of a step. Trees at few points, whose motion converges with the step, take at
 /// least three: so substeps shrink in proportion to steps below 1/60 s.
 constexpr int kLeastTreeSubsteps = 2, kLeastAtFewPoints = 3, kMostSubsteps = 32,
@@ -105,6 +107,18 @@ int substeps_of_free(const Group& g, Real h) {
   return std::clamp(static_cast<int>(std::ceil(least)), 1, kMostRimSubsteps);
 }
 
+/// Whether slow bodies without joints lie on one another: a tower beside trees.
+bool has_stacks(const Group& g) {
+  const auto is_stacked = [&](const GroupBody& b) {
+    const bool joined = b.node != kNoNode && g.trees[g.nodes[b.node].tree].count > 1;
+    return b.per_mass > 0 && !joined &&
+           glm::dot(b.velocity, b.velocity) < kStackSpeed * kStackSpeed;
+  };
+  return std::any_of(g.contacts.begin(), g.contacts.end(), [&](const GroupContact& c) {
+    return c.impulse.x > 0 && is_stacked(g.a(c)) && is_stacked(g.b(c));
+  });
+}
+
 }  // namespace
 
 int substeps_of(const Group& g, Real h) {
@@ -115,8 +129,8 @@ int substeps_of(const Group& g, Real h) {
       fastest = std::max(fastest, glm::length(b.looped == kNoNode ? b.spin : turning_of(b)));
   const Real least =
       std::max({Real(has_few_points(g, kStepOfFewPoints) ? kLeastAtFewPoints : kLeastTreeSubsteps),
-                h / kLongestTreeSubstep, h * std::min(fastest, Real(1e9)) / kLargestTurn,
-                h * sliding_rate(g)});
+                h / (has_stacks(g) ? kLongestSubstep : kLongestTreeSubstep),
+                h * std::min(fastest, Real(1e9)) / kLargestTurn, h * sliding_rate(g)});
   return static_cast<int>(std::ceil(std::min(least, Real(kMostSubsteps))));
 }
 
