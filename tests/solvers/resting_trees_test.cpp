@@ -43,17 +43,17 @@ struct Standing {
   }
 };
 
-/// Boxes of 0.3 m one on another.
-Standing tower(int count) {
+/// Boxes of 0.3 m one on another, or `gap` above it.
+Standing tower(int count, Real gap = 0) {
   Standing s;
-  for (int i = 0; i < count; ++i) s.add({0, 0.15 + 0.3 * i, 0}, Vec3(0.15));
+  for (int i = 0; i < count; ++i) s.add({0, 0.15 + gap + (0.3 + gap) * i, 0}, Vec3(0.15));
   return s;
 }
 
 /// With a pole of 50 g on the top box.
-Standing flag(int count) {
-  Standing s = tower(count);
-  const Real top = 0.3 * count;
+Standing flag(int count, Real gap = 0) {
+  Standing s = tower(count, gap);
+  const Real top = (0.3 + gap) * count;
   const Entity pole = s.add({0, top + 0.15, 0}, {0.01, 0.15, 0.01});
   s.world.bodies[pole].mass = 0.05;
   s.join(s.blocks[static_cast<std::size_t>(count) - 1], pole, JointKind::fixed, {0, top, 0});
@@ -141,6 +141,21 @@ TEST_CASE("towers and frames with joints and slack cables stand still, bear and 
       CHECK(farthest_moved(sim.world, start, standing.blocks) < 1e-4);
       for (const Entity e : standing.blocks) REQUIRE(is_asleep(sim.world, e));
     }
+}
+
+TEST_CASE("a tower with a pole that falls a little comes to rest and stays there") {
+  for (const Real h : {1.0 / 30, 1.0 / 60, 1.0 / 240}) {
+    const Standing s = flag(10, 1e-3);
+    Simulation sim = Simulation::copy_of(s.world, {h});
+    for (int i = 0; i < std::lround(4 / h); ++i) REQUIRE(sim.step().status == Status::ok);
+    INFO("step " << h);
+    for (std::size_t i = 0; i < 10; ++i) {
+      const Vec3 at = sim.world.bodies[s.blocks[i]].pose.position;
+      CHECK(std::abs(at.y - (0.15 + 0.3 * static_cast<Real>(i))) < 1e-3);
+      CHECK(std::hypot(at.x, at.z) < 2e-3);
+      CHECK(is_asleep(sim.world, s.blocks[i]));
+    }
+  }
 }
 
 TEST_CASE("a tower stands under a pendulum that swings from it") {
