@@ -122,6 +122,29 @@ class Chart(Charts):
         self.assertEqual(done.returncode, 2)
         self.assertIn("exact.csv: found no column of a body", done.stderr)
 
+    def test_the_cost_of_few_steps_is_that_of_many(self):
+        """For a second of a motion of which each step is as much work."""
+        costs = []
+        for duration in (0.5, 1, 10):
+            (run,) = self.chart({**PENDULUM, "duration": duration}, "--coarsest", 0.5, "--rungs", 1,
+                                "--repeat", 3, "--time", 10, "--methods", "lagrangian/rk4",
+                                out=f"cost {duration}")["runs"]
+            self.assertEqual(run["steps"], 2 * duration)
+            costs.append(run["cost_low_ns"])
+        for cost in costs[:2]:
+            self.assertGreater(cost, 0.4 * costs[2])
+            self.assertLess(cost, 2.5 * costs[2])
+
+    def test_a_file_has_an_error_of_its_own_that_is_unknown(self):
+        pendulum = self.scene(PENDULUM)
+        done = pantin("run", pendulum, "--record", self.folder / "own.csv")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        words = ["--against", self.folder / "own.csv", "--rungs", 1, "--repeat", 1, "--time", 10,
+                 "--methods", "lagrangian/rk4"]
+        self.assertIsNone(self.chart(pendulum, *words)["reference"]["position_m"])
+        told = pantin("chart", pendulum, "--out", self.folder / "out", *words)
+        self.assertIn("own error unknown", told.stdout)
+
     def test_chaos_is_told(self):
         scene = self.chart(TRIPLE, "--coarsest", 0.02, "--rungs", 2, "--repeat", 1, "--time", 20,
                            "--methods", "lagrangian/radau,lagrangian/euler")
@@ -190,6 +213,7 @@ class Chart(Charts):
         done = pantin(*words, env={**os.environ, "PATH": str(self.folder / "empty")})
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertRegex(done.stderr, r"^pantin: no pictures: .*\n$")
+        self.assertNotIn("index.html", done.stdout)
         left = {p.name for p in (self.folder / "q").iterdir()}
         self.assertEqual(left, {"chart.json", "chart.csv", "runs.jsonl"})
 

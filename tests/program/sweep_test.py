@@ -276,6 +276,8 @@ class Sweep(unittest.TestCase):
         for words, told in (([], "no scene"), (["scene.json", "--over", "mass"], "NAME=A..B"),
                             (["scene.json", "--over", "/a=1..0.5:3"], "NAME=A..B"),
                             (["scene.json", "--over", "/a=1..2:1"], "NAME=A..B"),
+                            (["scene.json", "--over", "step=5..1"], "the range goes down from 5 to 1"),
+                            (["scene.json", "--over", "/a=0.1..2"], "there is no :COUNT"),
                             (["scene.json", "--over", "/a=0.5..2"], "NAME=A..B"),
                             (["scene.json", "--over", "/a=1..1000000", "--over", "/b=1,2"], "jobs"),
                             (["--list", "bad.txt"], "bad.txt:2: found no closing '"),

@@ -1,5 +1,7 @@
 """pantin tune, seen from outside: choices hold when run again, are the cheapest, and are written."""
+import csv
 import json
+import math
 import os
 import pathlib
 import re
@@ -47,6 +49,38 @@ APART = {
         {"kind": "ball", "a": "rod", "b": "tip", "anchor": [11, 0, 0]},
         {**HINGE, "a": "world", "b": "rod2", "anchor": [20, 0, 0], "name": "p2"},
         {"kind": "ball", "a": "rod2", "b": "tip2", "anchor": [21, 0, 0]}]}
+
+# A disc on an axle that a motor spins up: speed v (1 - exp(-g t / I)). It only turns.
+FLYWHEEL = {
+    "version": 1, "duration": 2,
+    "bodies": [{"name": "disc", "shape": {"type": "cylinder", "radius": 0.2, "length": 0.05}, "mass": 2,
+                "inertia": [0.02, 0.04, 0.02], "rotation_deg": [90, 0, 0], "position": [0, 1, 0], "drag": 0}],
+    "joints": [{**HINGE, "name": "axle", "b": "disc", "anchor": [0, 1, 0],
+                "motor": {"velocity": 20, "gain": 0.1}}]}
+# A mass on a spring, 15 times a second: x = 1 + 0.5 cos(w t).
+RATE = 2 * math.pi * 15
+OSCILLATOR = {
+    "version": 1, "duration": 2, "gravity": [0, 0, 0],
+    "bodies": [{"name": "ball", "shape": {"type": "sphere", "radius": 0.1}, "mass": 1,
+                "position": [1.5, 0, 0], "drag": 0}],
+    "joints": [{"name": "rail", "kind": "prismatic", "a": "world", "b": "ball", "anchor": [1, 0, 0],
+                "axis": [1, 0, 0]},
+               {"kind": "spring", "a": "world", "b": "ball", "point_a": [0, 0, 0], "length": 1,
+                "stiffness": RATE ** 2}]}
+# A ball at rest that is struck at half a second: x = 0 until then, t - 0.5 after that.
+STRUCK = {
+    "version": 1, "duration": 1, "gravity": [0, 0, 0],
+    "bodies": [{"name": "ball", "shape": {"type": "sphere", "radius": 0.1}, "mass": 1,
+                "position": [0, 1, 0], "drag": 0}],
+    "events": [{"type": "impulse", "body": "ball", "impulse": [1, 0, 0], "at": 0.5}]}
+# Three light rods and a weight, straight out: they whip when they hang.
+LIGHT = {"mass": 1, "inertia": [1e-4, 0.0075, 0.0075], "drag": 0}
+WHIP = {
+    "version": 1, "duration": 3,
+    "bodies": [*({**LIGHT, "name": f"rod {i}", "position": [0.15 + 0.3 * i, 2, 0]} for i in range(3)),
+               {"name": "end", "mass": 50, "inertia": [0.2] * 3, "position": [1, 2, 0], "drag": 0}],
+    "joints": [{**HINGE, "name": f"hinge {i}", "a": f"rod {i - 1}" if i else "world",
+                "b": f"rod {i}" if i < 3 else "end", "anchor": [0.3 * i, 2, 0]} for i in range(4)]}
 
 
 def pantin(*arguments):
@@ -127,9 +161,10 @@ class Tune(unittest.TestCase):
 
     def test_a_shorter_step_that_is_cheaper_is_found(self):
         # The bricks come to rest later at steps of 33 ms, which meet the error, than at 17 ms.
-        told = self.tune(SCENES / "stack_askew.json", "--error", 1e-2, "--within", 60, "--methods", "planar")
+        asked = 2e-2
+        told = self.tune(SCENES / "stack_askew.json", "--error", asked, "--within", 60, "--methods", "planar")
         (planar,) = told["methods"]
-        good = [run for run in planar["runs"] if run["error"] is not None and run["error"] <= 1e-2]
+        good = [run for run in planar["runs"] if run["error"] is not None and run["error"] <= asked]
         self.assertEqual(told["choice"]["cost_us"], min(run["cost_us"] for run in good))
         self.assertLess(told["choice"]["step_s"], max(run["step_s"] for run in good))
 
@@ -290,6 +325,105 @@ class Tune(unittest.TestCase):
         self.assertEqual((self.folder / "tune/runs.jsonl").read_text(), kept)
         runs = [[[r["error"] for r in m["runs"]] for m in t["methods"]] for t in (first, second)]
         self.assertEqual(runs[0], runs[1])
+
+    def recorded(self, path, column):
+        """Times, and a column of a run of a file."""
+        done = pantin("run", path, "--record", self.folder / "run.csv", "--columns", column)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with (self.folder / "run.csv").open() as file:
+            rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+        return [(float(row["time_s"]), float(row[column])) for row in rows]
+
+    def test_what_only_turns_has_an_error(self):
+        """A flywheel: theta = v (t - I / g (1 - exp(-g t / I))), at its rim as a part of its size."""
+        out, turning = self.folder / "tuned.json", 0.02 / 0.1  # s: I / g, about the axle
+        wheel = {**FLYWHEEL, "bodies": [{**FLYWHEEL["bodies"][0], "inertia": [0.02, 0.02, 0.02]}]}
+        for asked in (1e-2, 1e-4):
+            tuned = self.tune(self.scene(wheel), "--error", asked, "--within", 10, "--out", out,
+                              "--methods", "lagrangian/implicit,lagrangian/rk4,planar")
+            size = tuned["reference"]["size_m"]
+            self.assertAlmostEqual(size, 2 * math.hypot(0.2, 0.025), delta=1e-3)
+            for t, angle in self.recorded(out, "axle.angle"):
+                exact = 20 * (t - turning * (1 - math.exp(-t / turning)))
+                self.assertLessEqual(0.2 * abs(abs(angle) - exact), 1.01 * asked * size)
+        # The same in a chart; its errors fall by the order of the integrator.
+        runs = self.chart(self.scene(wheel), "--methods", "lagrangian/implicit", "--coarsest", 0.02,
+                          "--rungs", 3, "--repeat", 1, "--time", 10)["runs"]
+        errors = [run["position_m"] for run in runs]
+        self.assertGreater(errors[0], 1e-5)
+        self.assertAlmostEqual(math.log2(errors[0] / errors[2]), 4, delta=0.3)
+
+    def test_a_free_brick_has_its_rotations_compared(self):
+        """About its middle axis it turns over, which methods that keep only centres do not show."""
+        brick = {"version": 1, "duration": 4, "gravity": [0, 0, 0],
+                 "bodies": [{"name": "brick", "shape": {"type": "box", "size": [0.1, 0.2, 0.3]}, "mass": 1,
+                             "inertia": [0.01, 0.02, 0.03], "position": [0, 1, 0],
+                             "angular_velocity": [0.01, 6, 0.01], "drag": 0}]}
+        tuned = self.tune(self.scene(brick), "--error", 1e-3, "--within", 10, "--methods",
+                          "sweep,lagrangian/rk4", "--rungs", 4)
+        self.assertEqual(tuned["choice"]["method"], "lagrangian/rk4")
+        (sweep,) = [m for m in tuned["methods"] if m["method"] == "sweep"]
+        self.assertGreater(min(run["error"] for run in sweep["runs"]), 0.5)
+
+    def test_errors_are_not_seen_at_long_steps_only(self):
+        """15 turns a second are still at times of two or of four periods, whatever a run does."""
+        out, asked = self.folder / "tuned.json", 1e-2
+        for coarsest in (1 / 30, 1 / 15):
+            self.tune(self.scene(OSCILLATOR), "--error", asked, "--within", 10, "--out", out,
+                      "--coarsest", coarsest, "--rungs", 8, "--methods", "lagrangian/rattle,planar")
+            for t, x in self.recorded(out, "ball.x"):
+                self.assertLessEqual(abs(x - 1 - 0.5 * math.cos(RATE * t)), 1.01 * asked)
+        # A crank that turns once in a step of 1/15 s seems to stand.
+        crank = {"version": 1, "duration": 2, "bodies": [{**ROD, "position": [0.1, 0, 0]}],
+                 "joints": [{**HINGE, "drive": {"motion": {"speed_deg": 5400}}}]}
+        tuned = self.tune(self.scene(crank), "--error", 1e-2, "--within", 10, "--coarsest", 1 / 15,
+                          "--methods", "lagrangian/radau,planar")
+        self.assertLess(tuned["choice"]["step_s"], 1 / 30)
+        for method in tuned["methods"]:
+            for run in method["runs"]:
+                if run["status"] == "ok" and run["step_s"] > 1 / 20:
+                    self.assertGreater(run["error"], 0.3)
+
+    def test_what_follows_an_event_is_compared(self):
+        out, asked = self.folder / "tuned.json", 1e-2
+        tuned = self.tune(self.scene(STRUCK), "--error", asked, "--within", 10, "--out", out)
+        self.assertAlmostEqual(tuned["reference"]["compared_s"], 1, delta=1e-9)
+        for t, x in self.recorded(out, "ball.x"):
+            self.assertLessEqual(abs(x - max(0, t - 0.5)), 1.1 * asked * tuned["reference"]["size_m"])
+
+    def test_an_event_that_cannot_be_compared_is_not_vouched_for(self):
+        """Three links whirl for half a minute, which nothing repeats, and are struck then."""
+        rods = [{**ROD, "name": f"rod {i}", "position": [i + 0.5, 0, 0]} for i in range(3)]
+        joints = [{**HINGE, "name": f"hinge {i}", "a": f"rod {i - 1}" if i else "world", "b": f"rod {i}",
+                   "anchor": [i, 0, 0]} for i in range(3)]
+        whirl = {"version": 1, "duration": 40, "step": 0.02, "bodies": rods, "joints": joints,
+                 "events": [{"type": "impulse", "body": "rod 2", "impulse": [0, 9, 0], "at": 35}]}
+        out = self.folder / "tuned.json"
+        words = ["tune", self.scene(whirl), "--error", 1e-2, "--within", 4, "--out", out, "--methods",
+                 "lagrangian/rk4", "--results", self.folder / "tune"]
+        done = pantin(*words)
+        self.assertEqual(done.returncode, 3, done.stdout)
+        self.assertRegex(done.stderr, r"^[^\n]*no choice is vouched for[^\n]*event at 35 s[^\n]*"
+                                      r"--duration 35[^\n]*\n$")
+        self.assertFalse(out.exists())
+
+    def test_a_plateau_ends_no_ladder(self):
+        """Errors that fall only at short steps: the whip of a heavy end."""
+        tuned = self.tune(self.scene(WHIP), "--error", 1e-2, "--within", 30, "--methods", "lagrangian/rk4")
+        self.assertLessEqual(tuned["choice"]["error"], 1e-2)
+        told = pantin("tune", self.scene(WHIP), "--error", 1e-9, "--within", 10, "--rungs", 3, "--methods",
+                      "lagrangian/rk4", "--results", self.folder / "few")
+        self.assertEqual(told.returncode, 3)
+        self.assertIn("among the 3 settings that were tried", told.stderr)
+        self.assertNotIn("shorter steps do not lessen it", told.stdout)
+
+    def test_without_a_reference_no_longer_search_is_advised(self):
+        still = {**FLYWHEEL, "joints": [{**FLYWHEEL["joints"][0], "motor": {"velocity": 20}}]}
+        told = pantin("tune", self.scene(still), "--error", 1e-2, "--within", 0.1, "--methods",
+                      "lagrangian/rk4", "--results", self.folder / "tune")
+        if "no reference" in told.stderr:
+            self.assertEqual(told.returncode, 3)
+            self.assertNotIn("longer --within", told.stdout)
 
     def test_bad_input(self):
         path = self.scene(PENDULUM)

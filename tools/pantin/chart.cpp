@@ -52,8 +52,8 @@ int chart(const ChartChoices& c) {
   if (const int code = write_or_complain(c.out + "/chart.csv", chart_csv(all)); code != kOk)
     return code;
   if (c.json) print_json(all);
-  draw_results("chart", c.out);
-  if (!c.json) fmt::print("{}/index.html, chart.json, chart.csv\n", c.out);
+  const bool drawn = draw_results("chart", c.out);
+  if (!c.json) fmt::print("{}/{}chart.json, chart.csv\n", c.out, drawn ? "index.html, " : "");
   return kOk;
 }
 
@@ -71,23 +71,30 @@ Examples:
   pantin chart assets/scenes/chain10.json --methods auto,lagrangian/rk4 --duration 1 --time 5
   pantin chart assets/scenes/pendulum.json --coarsest 0.05 --rungs 5 --time 5 --json
 
-Error: the greatest distance of any body from the reference at up to 200 equidistant times, m;
-orientation (rad) and energy (J) likewise; joints and contact depth: the greatest gap and overlap
-after any step. The reference's own error is the difference of its last two refinements. Where
-these part by more than 1e-4 of the size of the motion, as chaotic motions do (horizon_s), errors
-are those of the first half of the time until then (compared_s). A run follows the reference while
-it is within 1e-2 of the size (follows_s). Cost: CPU time of the steps alone, ns for each dynamic body and simulated
-second; median, least and greatest of the rounds, each of which times all runs.
+Error: the greatest distance of any point of a body from the reference, m: of its mass centre, plus
+the angle between its rotations times its radius (to the farthest point of its shapes; without shapes,
+the radius of gyration). A file without rotations has its positions compared alone. It is looked at
+after every step, at 200 times or more (samples; of a file, at its rows); of a body that moves so fast
+that a cubic between the steps misses a tenth of its way, also between them. Orientation (rad), the
+origins of the bodies' frames alone (m) and energy (J) likewise; joints and contact depth: the greatest
+gap and overlap after any step. The reference's own error is the difference of its last two
+refinements; that of a file is unknown. Where refinements part by more than 1e-4 of the size of the
+motion, as chaotic motions do (horizon_s), errors are those of the first half of the time until then
+(compared_s); unseen_event_s is an event after that. A run follows the reference while it is within
+1e-2 of the size (follows_s). Size: the diagonal of the box around all positions, or the diameter of
+the largest body if that is longer. Cost: CPU time of the steps alone, ns for each dynamic body and
+simulated second, without the first step of a run, in place of which one more is timed at its end;
+median, least and greatest of the rounds, each of which times all runs.
 
 --peers draws other engines, too, from a file that tools/peers/motion writes for the same scene and
 duration: the same errors at its own times, CPU time of the steps. Rows of other scenes are left out.
-The best choices (front) are then those of all.
+The best choices (front) are then those of all, by the errors of origins, which alone are known there.
 
 --json prints chart.json: the build and machine, and scenes; a scene has scene, title, bodies,
 joints, duration_s, samples, substeps, own_solver, own_step_s, size_m, real_time_ns,
 tenth_of_frame_ns (costs at which it runs in real time, and in a tenth of a frame of 60 Hz),
 reference, refused (method, reason) and runs; a run has method, step_s, tolerance, status, reason,
-ended_at_s, follows_s, position_m, orientation_rad, energy_j, joints_m, depth_m, steps, factorisations,
+ended_at_s, follows_s, position_m, origin_m, orientation_rad, energy_j, joints_m, depth_m, steps, factorisations,
 iterations, substeps, sweeps, unsolved_steps, rescued_steps, findings, cost_ns, cost_low_ns,
 cost_high_ns, rounds, cost_measured_ns, front (no other run is better in cost and error). With --peers also peers: runs of other engines.
 

@@ -20,14 +20,15 @@ struct ChartChoices {
 /// interrupted.
 Result<Json> chart_scene(const std::string& path, const ChartChoices& choices, Journal& journal);
 
-/// Marks with "front": true the runs to which no other is superior in both cost and error of
-/// position. Errors below `floor`, m, count as equal.
-void mark_front(Json& runs, double floor);
+/// Marks with "front": true the runs to which no other is superior in both cost and the error of
+/// that key. Errors below `floor`, m, count as equal.
+void mark_front(Json& runs, double floor, const std::string& error_key);
 
 /// Runs of other engines on a scene, from a file of tools/peers/motion; those of other scenes in it
 /// are left out.
 Result<Json> read_peers(const std::string& path, const std::string& scene);
-/// Adds them to a scene as "peers". The front is then that of all.
+/// Adds them to a scene as "peers". The front is then that of all, by the errors of origins alone:
+/// no others are known of them.
 void add_peers(Json& scene, Json peers);
 
 /// The runs of all scenes as CSV.

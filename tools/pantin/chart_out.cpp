@@ -15,7 +15,8 @@ constexpr const char* kColumns[] = {
     "follows_s",  "cost_ns",         "cost_low_ns",    "cost_high_ns", "rounds",
     "position_m", "orientation_rad", "joints_m",       "energy_j",     "depth_m",
     "front",      "steps",           "factorisations", "iterations",   "substeps",
-    "sweeps",     "unsolved_steps",  "rescued_steps",  "findings",     "reason"};
+    "sweeps",     "unsolved_steps",  "rescued_steps",  "findings",     "reason",
+    "origin_m"};
 
 std::string quoted(const std::string& text) {
   if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
@@ -61,16 +62,20 @@ void print_reference(const Json& scene) {
                         r["confirmed_m"].get<double>())
           : "";
   const double step = r["step_s"].get<double>();
-  fmt::print("  reference   {}{}, own error {:.1e} m{}\n",
-             printable(r["method"].get<std::string>()),
-             step > 0 ? fmt::format(", steps of {:.3g} ms", 1e3 * step) : "",
-             r["position_m"].get<double>(), confirmed);
+  const std::string own = r["position_m"].is_number()
+                              ? fmt::format("{:.1e} m", r["position_m"].get<double>())
+                              : "unknown";
+  fmt::print("  reference   {}{}, own error {}{}\n", printable(r["method"].get<std::string>()),
+             step > 0 ? fmt::format(", steps of {:.3g} ms", 1e3 * step) : "", own, confirmed);
   if (!r["whole"].get<bool>())
     fmt::print(
         "              agrees with itself for the first {:.3g} s of {:.3g} s: errors are those of "
         "the "
         "first {:.3g} s\n",
         horizon, scene["duration_s"].get<double>(), r["compared_s"].get<double>());
+  if (r["unseen_event_s"].is_number())
+    fmt::print("              they do not tell of the event at {:.3g} s and what follows it\n",
+               r["unseen_event_s"].get<double>());
 }
 
 }  // namespace

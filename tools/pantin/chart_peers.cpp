@@ -65,6 +65,7 @@ Result<Json> run_of(const std::vector<std::string>& cells, const std::string& at
            {"tolerance", nullptr},
            {"status", cells[status]},
            {"position_m", *e},
+           {"origin_m", *e},
            {"rounds", 1}};
   const Json ns = c->is_number() ? Json(1e6 * c->get<double>() / n->get<double>()) : Json(nullptr);
   for (const char* key : {"cost_ns", "cost_low_ns", "cost_high_ns"}) run[key] = ns;
@@ -107,9 +108,11 @@ Result<Json> read_peers(const std::string& path, const std::string& of_scene) {
 void add_peers(Json& scene, Json peers) {
   Json all = scene["runs"];
   for (const Json& peer : peers) all.push_back(peer);
-  mark_front(all, scene["reference"]["position_m"].is_number()
-                      ? scene["reference"]["position_m"].get<double>()
-                      : 0);
+  mark_front(all,
+             scene["reference"]["position_m"].is_number()
+                 ? scene["reference"]["position_m"].get<double>()
+                 : 0,
+             "origin_m");
   const auto ours = static_cast<std::ptrdiff_t>(scene["runs"].size());
   scene["runs"] = Json(Json::array_t(all.begin(), all.begin() + ours));
   scene["peers"] = Json(Json::array_t(all.begin() + ours, all.end()));

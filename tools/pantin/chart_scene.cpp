@@ -71,8 +71,8 @@ Result<Done> SceneChart::find_reference() {
     for (const double energy : reference_.track.energies) hash.add(energy);
     subject_.key += "|" + hex(hash.value());
   }
-  subject_.key +=
-      fmt::format("|{}|{}|{}", subject_.sampling.interval, subject_.sampling.count, c_.against);
+  subject_.key += fmt::format("|{}|{}|{}|{}", subject_.sampling.interval, subject_.sampling.count,
+                              subject_.sampling.between, c_.against);
   if (is_given) return Done{};
   const Search search{
       subject_.sampling,
@@ -120,6 +120,7 @@ Json SceneChart::compared(const Point& point, const Outcome& o) const {
             : Apart{};
   const double none = std::numeric_limits<double>::quiet_NaN();
   run["position_m"] = json_number(known ? error.position : none);
+  run["origin_m"] = json_number(known ? error.origin : none);
   run["orientation_rad"] = json_number(known ? error.orientation : none);
   run["energy_j"] = json_number(known ? error.energy : none);
   const std::size_t follows =
@@ -127,7 +128,7 @@ Json SceneChart::compared(const Point& point, const Outcome& o) const {
                                                                  kFollows * reference_.size))
                          : 0;
   run["follows_s"] =
-      follows > 0 ? static_cast<double>(follows - 1) * subject_.sampling.interval : 0.0;
+      follows > 0 ? static_cast<double>(follows - 1) * subject_.sampling.spacing() : 0.0;
   run["joints_m"] = json_number(o.gap), run["depth_m"] = json_number(o.depth);
   run["steps"] = o.counts.steps, run["factorisations"] = o.counts.factorisations;
   run["iterations"] = o.counts.iterations, run["substeps"] = o.counts.substeps;
@@ -232,16 +233,18 @@ Json SceneChart::run_of(const Point& point) const {
 Json SceneChart::reference_json() const {
   const Reference& r = reference_;
   const auto horizon = [&](std::size_t agreed) {
-    return agreed > 0 ? static_cast<double>(agreed - 1) * subject_.sampling.interval : 0.0;
+    return agreed > 0 ? static_cast<double>(agreed - 1) * subject_.sampling.spacing() : 0.0;
   };
   Json j{{"method", r.method},
          {"step_s", r.step},
-         {"position_m", r.own.position},
-         {"orientation_rad", r.own.orientation},
-         {"energy_j", r.own.energy},
+         {"position_m", json_number(r.own.position)},
+         {"orientation_rad", json_number(r.own.orientation)},
+         {"energy_j", json_number(r.own.energy)},
          {"horizon_s", horizon(r.agreed)},
          {"compared_s", horizon(r.compared)},
-         {"whole", r.agreed == static_cast<std::size_t>(subject_.sampling.count) + 1}};
+         {"whole", r.is_whole(subject_.sampling)}};
+  const std::optional<double> unseen = event_unseen(subject_, r);
+  j["unseen_event_s"] = unseen ? Json(*unseen) : Json(nullptr);
   j["tried"] = Json::array();
   for (const Reference::Tried& t : r.tried)
     j["tried"].push_back({{"method", t.method},
@@ -261,7 +264,7 @@ Json SceneChart::as_json() {
          {"bodies", bodies},
          {"joints", scene.world.links.size()},
          {"duration_s", subject_.sampling.duration()},
-         {"samples", subject_.sampling.count},
+         {"samples", subject_.sampling.samples()},
          {"substeps", scene.substeps},
          {"own_solver", describe_solvers(scene.world)},
          {"own_step_s", scene.step},
@@ -274,7 +277,8 @@ Json SceneChart::as_json() {
     if (!l.scene) j["refused"].push_back({{"method", l.method.name}, {"reason", l.refusal}});
   Json runs = Json::array();
   for (const Point& point : points_) runs.push_back(run_of(point));
-  mark_front(runs, reference_.own.position);
+  mark_front(runs, std::isfinite(reference_.own.position) ? reference_.own.position : 0,
+             "position_m");
   // Another method that comes near the reference confirms it.
   double nearest = std::numeric_limits<double>::infinity();
   std::string by;
@@ -306,13 +310,13 @@ Result<Json> chart_scene(const std::string& path, const ChartChoices& choices, J
   return SceneChart(path, choices, journal).make();
 }
 
-void mark_front(Json& runs, double floor) {
+void mark_front(Json& runs, double floor, const std::string& error_key) {
   const auto point = [&](const Json& run) {
     const bool known = run["status"] == "ok" && run["cost_ns"].is_number() &&
-                       run.value("position_m", Json(nullptr)).is_number();
+                       run.value(error_key, Json(nullptr)).is_number();
     const double none = std::numeric_limits<double>::quiet_NaN();
     return std::pair(known ? run["cost_ns"].get<double>() : none,
-                     known ? std::max(floor, run["position_m"].get<double>()) : none);
+                     known ? std::max(floor, run[error_key].get<double>()) : none);
   };
   for (Json& run : runs) {
     const auto [cost, error] = point(run);

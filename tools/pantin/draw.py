@@ -139,8 +139,9 @@ def words_of(scene):
         lines.append("No reference: no method agrees with itself; errors are unknown.")
     else:
         step = f", steps of {1e3 * r['step_s']:.3g} ms" if r["step_s"] else ""
-        lines.append(f"Reference: {r['method']}{step}; its own error, {r['position_m']:.1e} m, "
-                     "is the grey band.")
+        own = (f"its own error, {r['position_m']:.1e} m, is the grey band" if r["position_m"] is not None
+               else "its own error is unknown")
+        lines.append(f"Reference: {r['method']}{step}; {own}.")
         if not r["whole"]:
             follows = {}
             for run in scene["runs"]:

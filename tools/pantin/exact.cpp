@@ -62,8 +62,8 @@ Result<std::optional<Reference>> exact_motion(Subject& subject) {
   const double asked = subject.sampling.duration() / sampling.interval * (1 + 1e-9);
   if (asked < 1 || std::floor(asked) > sampling.count) return std::optional<Reference>();
   sampling.count = static_cast<int>(asked);
-  cut(*read, static_cast<std::size_t>(sampling.count) + 1);
-  read->own.position = head->known;
+  cut(*read, sampling.samples());
+  read->own = {head->known, head->known, 0, 0};
   subject.sampling = sampling;
   return std::optional<Reference>(std::move(*read));
 }

@@ -284,12 +284,15 @@ Track track_of(const Track& whole, const World& world, const Group& group) {
   std::size_t column = 0;
   for (const Entity e : world.bodies.owners()) {
     if (world.bodies[e].motion != Motion::dynamic) continue;
-    if (own.contains(e)) columns.push_back(column), track.names.push_back(whole.names[column]);
+    if (own.contains(e)) {
+      columns.push_back(column), track.names.push_back(whole.names[column]);
+      track.centres.push_back(whole.centres[column]), track.radii.push_back(whole.radii[column]);
+    }
     ++column;
   }
   for (std::size_t s = 0; s < whole.samples(); ++s)
     for (const std::size_t c : columns) track.poses.push_back(whole.poses[s * column + c]);
-  track.energies = whole.energies;
+  track.energies = whole.energies, track.steps = whole.steps, track.between = whole.between;
   return track;
 }
 

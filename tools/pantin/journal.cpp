@@ -108,22 +108,27 @@ Result<Done> make_folder(const std::string& path) {
   return Done{};
 }
 
-void draw_results(const std::string& what, const std::string& folder) {
+bool draw_results(const std::string& what, const std::string& folder) {
   const std::string file = script().string();
-  if (!fs::exists(file)) return complain("no pictures: " + file + " was not found");
+  if (!fs::exists(file)) {
+    complain("no pictures: " + file + " was not found");
+    return false;
+  }
   std::vector<std::string> words{"python3", "-B", file, what, folder};
   std::vector<char*> arguments;
   for (std::string& w : words) arguments.push_back(w.data());
   arguments.push_back(nullptr);
   pid_t child = 0;
   if (const int fault =
-          posix_spawnp(&child, "python3", nullptr, nullptr, arguments.data(), environ))
-    return complain(
-        fmt::format("no pictures: python3 could not be started: {}", std::strerror(fault)));
+          posix_spawnp(&child, "python3", nullptr, nullptr, arguments.data(), environ)) {
+    complain(fmt::format("no pictures: python3 could not be started: {}", std::strerror(fault)));
+    return false;
+  }
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
   // The script says itself why it drew nothing.
   if (!WIFEXITED(status)) complain("no pictures: the script that draws them was ended");
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
 }  // namespace pantin::program

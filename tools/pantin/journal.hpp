@@ -39,7 +39,7 @@ std::uint64_t hash_of(const Scene& scene, std::string_view text);
 Result<Done> make_folder(const std::string& path);
 
 /// Runs the script that draws results, with matplotlib, on a folder. Prints one line if it cannot
-/// run; the results are complete without pictures. `what` is "chart" or "map".
-void draw_results(const std::string& what, const std::string& folder);
+/// run; the results are complete without pictures. `what` is "chart" or "map". Whether it drew.
+bool draw_results(const std::string& what, const std::string& folder);
 
 }  // namespace pantin::program

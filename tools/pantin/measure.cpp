@@ -28,32 +28,6 @@ void add_counts(const World& world, Counts& counts) {
     counts.sweeps += static_cast<std::uint64_t>(a.sweeps_used);
 }
 
-/// Samples the bodies that are dynamic at the start.
-class Sampler {
- public:
-  explicit Sampler(const World& world, Track& track) : track_(track) {
-    for (const Entity e : world.bodies.owners()) {
-      if (world.bodies[e].motion != Motion::dynamic) continue;
-      bodies_.push_back(e);
-      track_.names.push_back(world.name_of(e));
-    }
-  }
-
-  /// A body that no longer exists stays where it was.
-  void take(const World& world, double energy) {
-    for (std::size_t b = 0; b < bodies_.size(); ++b) {
-      const bool exists = world.bodies.find(bodies_[b]) != nullptr;
-      track_.poses.push_back(exists ? world.origin_pose(bodies_[b])
-                                    : track_.poses[track_.poses.size() - bodies_.size()]);
-    }
-    track_.energies.push_back(energy);
-  }
-
- private:
-  Track& track_;
-  std::vector<Entity> bodies_;
-};
-
 /// The scene's World with the tolerance of a trial.
 World world_of(const Trial& trial) {
   World world = trial.scene->world;
@@ -88,11 +62,11 @@ void note_step(const StepReport& report, Outcome& outcome) {
   ++outcome.counts.steps;
 }
 
-std::uint64_t steps_in(double interval, double step) {
-  return static_cast<std::uint64_t>(std::max(1.0, std::round(interval / step)));
-}
-
 }  // namespace
+
+std::uint64_t steps_in(double seconds, double step) {
+  return static_cast<std::uint64_t>(std::max(1.0, std::round(seconds / step)));
+}
 
 double wall_seconds() {
   using Clock = std::chrono::steady_clock;
@@ -167,7 +141,7 @@ Loaded load(const std::string& path, std::string_view text, const Method& method
 Outcome run_motion(const Trial& trial) {
   Outcome outcome;
   Simulation sim(world_of(trial), {trial.step, trial.scene->substeps, 1, true, trial.watch});
-  Sampler sampler(sim.world, outcome.track);
+  Sampler sampler(trial, sim.world, outcome.track);
   bool begun = false;
   sim.insert(Stage::before_drive,
              [&](World& world, Real) {
@@ -176,23 +150,22 @@ Outcome run_motion(const Trial& trial) {
              })
       .value();
   sampler.take(sim.world, measure(sim.world).energy());
-  const std::uint64_t each = steps_in(trial.sampling.interval, trial.step);
+  const std::uint64_t steps = static_cast<std::uint64_t>(trial.sampling.count) *
+                              steps_in(trial.sampling.interval, trial.step);
   double last = cpu_seconds();
-  for (int sample = 0; sample < trial.sampling.count && outcome.is_ok(); ++sample) {
-    StepReport report;
-    for (std::uint64_t i = 0; i < each && outcome.is_ok(); ++i) {
-      report = sim.step();
-      const double now = cpu_seconds();
-      outcome.slowest = std::max(outcome.slowest, now - last);
-      outcome.seconds += now - last, last = now;
-      note_step(report, outcome);
-      if (trial.look) trial.look(sim.world, report);
-      if (report.status != Status::ok)
-        outcome.status = run_status(report.status), outcome.reason = reason_of(sim.world, report);
-      else if (interrupted() || (trial.stop && trial.stop(outcome.seconds)))
-        outcome.status = "stopped";
-    }
+  for (std::uint64_t i = 0; i < steps && outcome.is_ok(); ++i) {
+    const StepReport report = sim.step();
+    const double took = cpu_seconds() - last;
+    outcome.slowest = std::max(outcome.slowest, took);
+    outcome.seconds += took;
+    note_step(report, outcome);
+    if (trial.look) trial.look(sim.world, report);
+    if (report.status != Status::ok)
+      outcome.status = run_status(report.status), outcome.reason = reason_of(sim.world, report);
+    else if (interrupted() || (trial.stop && trial.stop(outcome.seconds)))
+      outcome.status = "stopped";
     if (outcome.is_ok()) sampler.take(sim.world, report.measures.energy());
+    last = cpu_seconds();
   }
   add_counts(sim.world, outcome.counts);
   outcome.ended_at = sim.world.time;
@@ -210,11 +183,10 @@ double time_run(const Trial& trial) {
     Simulation sim = Simulation::copy_of(start, {trial.step, trial.scene->substeps, 1, false});
     bool good = sim.step().status == Status::ok;
     const double from = cpu_seconds();
-    for (std::uint64_t i = 1; i < steps && good; ++i)
+    for (std::uint64_t i = 0; i < steps && good; ++i)
       good = sim.step().status == Status::ok && !interrupted();
     if (!good) return std::numeric_limits<double>::quiet_NaN();
-    const auto n = static_cast<double>(steps);
-    total += (cpu_seconds() - from) * (n > 1 ? n / (n - 1) : 1);
+    total += cpu_seconds() - from;
   }
   return runs > 0 ? total / runs : std::numeric_limits<double>::quiet_NaN();
 }

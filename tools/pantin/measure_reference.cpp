@@ -9,32 +9,14 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/scene/json/text_file.hpp"
+#include "engine/world/timed_event.hpp"
 #include "tools/pantin/measure.hpp"
 
 namespace pantin::program {
 namespace {
 
 constexpr double kFinest = 1e-11;  // of the size: no finer agreement is asked for
-
-std::size_t bodies_of(const Track& track) { return track.names.size(); }
-
-/// The distance of the bodies at a sample, m and rad. A pose that is not finite is not known.
-Apart apart_at(const Track& a, const Track& b, std::size_t sample) {
-  Apart d;
-  const std::size_t n = bodies_of(a);
-  for (std::size_t i = sample * n; i < (sample + 1) * n; ++i) {
-    const Pose &p = a.poses[i], &q = b.poses[i];
-    if (const double far = glm::length(p.position - q.position); !std::isnan(far))
-      d.position = std::max(d.position, far);
-    const Quat turn = p.rotation * glm::conjugate(q.rotation);
-    const double angle =
-        2 * std::atan2(glm::length(Vec3(turn.x, turn.y, turn.z)), std::abs(turn.w));
-    if (!std::isnan(angle)) d.orientation = std::max(d.orientation, angle);
-  }
-  if (const double e = std::abs(a.energies[sample] - b.energies[sample]); !std::isnan(e))
-    d.energy = e;
-  return d;
-}
+constexpr double kGain = 0.7;      // a refinement that gains less has no gain
 
 /// Two consecutive refinements of one method.
 struct Pair {
@@ -42,21 +24,42 @@ struct Pair {
   double step = 0;  // s, of the finest
   Apart own;
   std::size_t agreed = 0, compared = 0;
+  double whole = std::numeric_limits<double>::infinity();  // m, apart over all of the time
+  Apart whole_apart;
 };
 
 /// `all`: the number of samples of a whole run.
 Pair pair_of(const Track& coarse, const Track& fine, double step, std::size_t all) {
-  Pair pair{fine, step, {}, 0, 0};
-  pair.agreed = agreement(coarse, fine, kAgreement * size_of(fine));
+  Pair pair;
+  pair.finest = fine, pair.step = step;
+  pair.agreed = agreement(coarse, fine, kAgreement * scale_of(fine));
   pair.compared = pair.agreed;
   if (pair.agreed < all) pair.compared = (pair.agreed + 1) / 2;
   pair.own = apart(coarse, fine, pair.compared);
+  if (coarse.samples() == all && fine.samples() == all)
+    pair.whole_apart = apart(coarse, fine, all), pair.whole = pair.whole_apart.position;
   return pair;
 }
 
 /// Whether `a` agrees for longer than `b`, or as long and better by the factor `by`.
 bool is_better(const Pair& a, const Pair& b, double by = 1) {
   return a.agreed != b.agreed ? a.agreed > b.agreed : a.own.position < by * b.own.position;
+}
+
+/// Whether a refinement gains on the best one before, or, where both part, comes closer after that:
+/// what is struck moves exactly until then, and at a rate of the first order afterwards.
+bool gains(const Pair& a, const Pair& best, double least_whole) {
+  return is_better(a, best, kGain) || a.whole < kGain * least_whole;
+}
+
+/// Makes a pair that comes closer over the whole time one that agrees there, if an event would be
+/// unseen otherwise.
+void see_events(const World& world, const Search& search, double least_whole, Pair& pair) {
+  if (!event_after(world, search.sampling, pair.compared)) return;
+  if (!(pair.whole < kGain * least_whole) || pair.whole > kConverges * scale_of(pair.finest))
+    return;
+  pair.agreed = pair.compared = search.sampling.samples();
+  pair.own = pair.whole_apart;
 }
 
 /// The first run. Where it does not end within a tenth of the time, it is begun anew with a step so
@@ -78,27 +81,37 @@ Outcome first_run(Trial& trial, double seconds) {
 /// Halves the step until nothing is gained; the best pair, or one without a step.
 Pair refine(const Loaded& loaded, const Search& search) {
   Trial trial{&*loaded.scene, search.step, 0, search.sampling};
-  const auto all = static_cast<std::size_t>(search.sampling.count) + 1;
+  const std::size_t all = search.sampling.samples();
   const double end = wall_seconds() + search.seconds;
   trial.stop = [&](double) { return wall_seconds() > end; };
   Pair best;
   Track last;
   int without_gain = 0;
+  double least_whole = std::numeric_limits<double>::infinity();
   for (int n = 0; without_gain < 2; ++n, trial.step /= 2) {
     const double from = wall_seconds();
     Outcome now = n == 0 ? first_run(trial, search.seconds) : run_motion(trial);
     if (now.status == "stopped") break;
     if (n > 0) {
       Pair pair = pair_of(last, now.track, trial.step, all);
-      without_gain = n == 1 || is_better(pair, best, 0.7) ? 0 : without_gain + 1;
+      see_events(loaded.scene->world, search, least_whole, pair);
+      without_gain = n == 1 || gains(pair, best, least_whole) ? 0 : without_gain + 1;
+      least_whole = std::min(least_whole, pair.whole);
       if (n == 1 || is_better(pair, best)) best = std::move(pair);
-      if (best.agreed == all && best.own.position < kFinest * size_of(best.finest)) break;
+      if (best.agreed == all && best.own.position < kFinest * scale_of(best.finest)) break;
     }
     last = std::move(now.track);
     // Half the step takes about twice the time.
     if (2.2 * (wall_seconds() - from) > end - wall_seconds()) break;
   }
   return best;
+}
+
+/// Into how many parts an interval of so many rows is divided: as many as memory allows.
+int parts_kept(std::size_t rows, std::size_t poses) {
+  for (std::size_t parts = rows; parts > 1; --parts)
+    if (rows % parts == 0 && parts * poses <= kMostPoses) return static_cast<int>(parts);
+  return 1;
 }
 
 /// The columns of a table with a name in the first line.
@@ -169,35 +182,10 @@ std::string Table::read() {
 
 }  // namespace
 
-Apart apart(const Track& a, const Track& b, std::size_t samples) {
-  Apart most;
-  for (std::size_t s = 0; s < samples; ++s) {
-    const Apart d = apart_at(a, b, s);
-    most.position = std::max(most.position, d.position);
-    most.orientation = std::max(most.orientation, d.orientation);
-    most.energy = std::max(most.energy, d.energy);
-  }
-  return most;
-}
-
-std::size_t agreement(const Track& a, const Track& b, double most) {
-  const std::size_t both = std::min(a.samples(), b.samples());
-  for (std::size_t s = 0; s < both; ++s)
-    if (!(apart_at(a, b, s).position <= most)) return s;
-  return both;
-}
-
-double size_of(const Track& track) {
-  Vec3 least(std::numeric_limits<double>::infinity()), most = -least;
-  for (const Pose& p : track.poses) least = min(least, p.position), most = max(most, p.position);
-  const double size = glm::length(most - least);
-  return std::isfinite(size) && size > 0 ? size : 1;
-}
-
 Reference find_reference(std::span<const Loaded> methods, const Search& search) {
   // The most accurate ones first; the scene's own last: its contacts may have another model.
   constexpr std::string_view kOrder[] = {"lagrangian/radau", "lagrangian/rk4", "scene"};
-  const auto all = static_cast<std::size_t>(search.sampling.count) + 1;
+  const std::size_t all = search.sampling.samples();
   Reference reference;
   Pair best;
   Search part = search;
@@ -208,7 +196,7 @@ Reference find_reference(std::span<const Loaded> methods, const Search& search) 
     if (loaded == methods.end() || !loaded->scene || interrupted()) continue;
     Pair pair = refine(*loaded, part);
     if (pair.step == 0) continue;
-    const double size = size_of(pair.finest);
+    const double size = scale_of(pair.finest);
     reference.tried.push_back({loaded->method.name, pair.step, pair.own, pair.agreed});
     if (best.step > 0 && !is_better(pair, best)) continue;
     best = std::move(pair);
@@ -219,6 +207,29 @@ Reference find_reference(std::span<const Loaded> methods, const Search& search) 
   reference.compared = best.compared;
   reference.track = std::move(best.finest);
   return reference;
+}
+
+std::optional<double> event_after(const World& world, const Sampling& sampling,
+                                  std::size_t samples) {
+  const auto* events = detail::events_of(world);
+  if (!events || samples >= sampling.samples()) return std::nullopt;
+  const double seen =
+      static_cast<double>(std::max<std::size_t>(samples, 1) - 1) * sampling.spacing();
+  double first = sampling.duration();
+  for (const TimedEvent& event : events->values())
+    std::visit(
+        [&](const auto& e) {
+          double at = 0, every = 0;
+          if constexpr (requires { e.from; })
+            at = e.from;
+          else
+            at = e.at;
+          if constexpr (requires { e.every; }) every = e.every;
+          if (at <= seen && every > 0) at += every * (std::floor((seen - at) / every) + 1);
+          if (at > seen) first = std::min(first, at);
+        },
+        event.kind);
+  return first < sampling.duration() ? std::optional(first) : std::nullopt;
 }
 
 Result<Reference> read_reference(const std::string& path, const World& world, int most,
@@ -239,17 +250,14 @@ Result<Reference> read_reference(const std::string& path, const World& world, in
       return Error{
           fmt::format("{}: found time_s = {:g} in row {}, expected {:g}: equal intervals from 0",
                       path, table.at(r, time), r + 1, static_cast<double>(r) * spacing)};
-  sampling.interval = spacing * static_cast<double>(each);
-  sampling.count = static_cast<int>((rows - 1) / each);
   Reference reference;
-  reference.method = path;
+  reference.method = path, reference.track = track_for(world);
   const double unknown = std::numeric_limits<double>::quiet_NaN();
   std::size_t known = 0;
   std::vector<std::array<std::size_t, 7>> columns;
   for (const Entity e : world.bodies.owners()) {
     if (world.bodies[e].motion != Motion::dynamic) continue;
     const std::string name = world.name_of(e);
-    reference.track.names.push_back(name);
     std::array<std::size_t, 7>& c = columns.emplace_back();
     constexpr const char* kParts[] = {".x", ".y", ".z", ".qx", ".qy", ".qz", ".qw"};
     for (std::size_t k = 0; k < c.size(); ++k) c[k] = table.column(name + kParts[k]);
@@ -259,7 +267,10 @@ Result<Reference> read_reference(const std::string& path, const World& world, in
     return Error{path +
                  ": found no column of a body of the scene, expected NAME.x, NAME.y, NAME.z"};
   const std::size_t energy = table.column("energy_j");
-  for (std::size_t r = 0; r < rows; r += each) {
+  sampling = {spacing * static_cast<double>(each), static_cast<int>((rows - 1) / each),
+              parts_kept(each, (rows - 1) / each * columns.size())};
+  const std::size_t skip = each / static_cast<std::size_t>(sampling.between);
+  for (std::size_t r = 0; reference.track.samples() < sampling.samples(); r += skip) {
     const auto cell = [&](std::size_t c) { return c == SIZE_MAX ? unknown : table.at(r, c); };
     for (const auto& c : columns)
       reference.track.poses.push_back({{cell(c[0]), cell(c[1]), cell(c[2])},
@@ -267,9 +278,10 @@ Result<Reference> read_reference(const std::string& path, const World& world, in
     reference.track.energies.push_back(cell(energy));
   }
   reference.agreed = reference.compared = reference.track.samples();
+  reference.own = {unknown, unknown, unknown, unknown};
   Track finite = reference.track;
   std::erase_if(finite.poses, [](const Pose& p) { return !is_finite(p.position); });
-  reference.size = size_of(finite);
+  reference.size = scale_of(finite);
   return reference;
 }
 

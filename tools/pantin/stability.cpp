@@ -21,11 +21,11 @@ using Clock = std::chrono::steady_clock;
 
 /// Parses "x=a..b", or "x=a" for a single value.
 Result<Axis> read_axis(const std::string& text) {
-  const auto fault = [&] {
+  const auto fault = [&](std::string_view why = "") {
     return Error{
-        fmt::format("--over: found \"{}\", expected NAME=FROM..TO, as in step=1e-3..0.1 or "
+        fmt::format("--over: found \"{}\"{}, expected NAME=FROM..TO, as in step=1e-3..0.1 or "
                     "/bodies/0/mass=1..100",
-                    printable(text))};
+                    printable(text), why)};
   };
   const std::size_t equals = text.rfind('=');
   if (equals == std::string::npos || equals == 0) return fault();
@@ -40,11 +40,11 @@ Result<Axis> read_axis(const std::string& text) {
   const bool is_range = dots < text.size();
   if (!number(equals + 1, dots, axis.from)) return fault();
   axis.to = axis.from;
-  if (is_range && (!number(dots + 2, text.size(), axis.to) || !(axis.from < axis.to)))
-    return fault();
+  if (is_range && !number(dots + 2, text.size(), axis.to)) return fault();
+  if (is_range && !(axis.from < axis.to)) return fault(", in which the range does not go up");
   axis.is_log = axis.from > 0 && axis.to >= 10 * axis.from;
   if (axis.name == "step" || axis.name == "tolerance") {
-    if (axis.from <= 0) return fault();
+    if (axis.from <= 0) return fault(", which begins at no more than 0");
     return axis;
   }
   for (std::size_t at = 0; at <= axis.name.size();) {

@@ -14,6 +14,7 @@ Json to_json(const Reference& reference) {
   Json r{{"method", reference.method},
          {"step_s", reference.step},
          {"position_m", reference.own.position},
+         {"origin_m", reference.own.origin},
          {"orientation_rad", reference.own.orientation},
          {"energy_j", reference.own.energy},
          {"agreed", reference.agreed},
@@ -32,14 +33,14 @@ Json to_json(const Reference& reference) {
 Reference from_json(const Json& r) {
   Reference reference;
   reference.method = r["method"].get<std::string>(), reference.step = r["step_s"].get<double>();
-  reference.own = {r["position_m"].get<double>(), r["orientation_rad"].get<double>(),
-                   r["energy_j"].get<double>()};
+  reference.own = {r["position_m"].get<double>(), r["origin_m"].get<double>(),
+                   r["orientation_rad"].get<double>(), r["energy_j"].get<double>()};
   reference.compared = r["compared"].get<std::size_t>();
   reference.agreed = r["agreed"].get<std::size_t>(), reference.size = r["size_m"].get<double>();
   for (const Json& t : r["tried"])
     reference.tried.push_back({t["method"].get<std::string>(),
                                t["step_s"].get<double>(),
-                               {t["position_m"].get<double>(), 0, 0},
+                               {t["position_m"].get<double>(), 0, 0, 0},
                                t["agreed"].get<std::size_t>()});
   return reference;
 }
@@ -66,6 +67,9 @@ Result<Subject> read_subject(const std::string& path, const Span& span) {
   const double steps = std::max(1.0, std::floor(duration / s.coarsest * (1 + 1e-9)));
   const double each = std::ceil(steps / kMostSamples);
   s.sampling = {each * s.coarsest, static_cast<int>(std::floor(steps / each * (1 + 1e-9)))};
+  std::size_t bodies = 0;
+  for (const Body& b : s.own().world.bodies.values()) bodies += b.motion == Motion::dynamic;
+  divide(s.sampling, static_cast<std::uint64_t>(s.coarsest_steps()), bodies);
   s.key = fmt::format("{}|{}", hex(hash_of(s.own(), s.text)), path);
   return s;
 }
@@ -84,6 +88,11 @@ void rerun(const Subject& subject, Reference& reference) {
   if (!reference.holds() || reference.track.samples() > 0) return;
   const Loaded& by = subject.method(reference.method);
   reference.track = run_motion({&*by.scene, reference.step, 0, subject.sampling}).track;
+}
+
+std::optional<double> event_unseen(const Subject& subject, const Reference& reference) {
+  if (!reference.holds()) return std::nullopt;
+  return event_after(subject.own().world, subject.sampling, reference.compared);
 }
 
 Json json_number(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }

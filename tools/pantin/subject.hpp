@@ -38,6 +38,10 @@ void rerun(const Subject& subject, Reference& reference);
 /// it is of another text than the scene's, which is told, or where it ends sooner.
 Result<std::optional<Reference>> exact_motion(Subject& subject);
 
+/// The time of the first event after the part of the motion that the reference covers, s, where
+/// that is not all of it: what an event starts is not seen there.
+std::optional<double> event_unseen(const Subject& subject, const Reference& reference);
+
 /// A number for JSON: null if it is not finite.
 Json json_number(double x);
 

@@ -147,7 +147,7 @@ int sweep(const SweepChoices& c) {
   for (const auto& [word, count] : counts.items())
     words += fmt::format("{}{} {}", words.empty() ? "" : ", ", count.get<int>(), word);
   for (const auto& [id, entry] : *results)
-    if (entry["status"] == "refused" || entry["status"] == "killed") {
+    if (entry["status"] != "ok" && entry["status"] != "diverged") {
       complain(fmt::format("job {} {}: {}", id, entry["status"].get<std::string>(),
                            entry["errors"].get<std::string>()));
       break;
@@ -161,8 +161,9 @@ int sweep(const SweepChoices& c) {
                c.out);
   const bool is_whole =
       !counts.contains("late") && !counts.contains("killed") && !counts.contains("unwritable");
-  const bool are_refused = counts.contains("refused") && counts.size() == 1;
-  return are_refused ? kUsage : is_whole ? kOk : kFailed;
+  if (counts.size() == 1 && counts.contains("refused")) return kUsage;
+  const bool all_failed = counts.size() == 1 && counts.contains("failed");
+  return is_whole && !all_failed ? kOk : kFailed;
 }
 
 constexpr const char* kExamples =
@@ -199,8 +200,8 @@ the result (keys such as frame_ms_median, ns_per_link_step_median, cost_ns); job
 
 --json prints jobs, counts (by status) and results (the file).
 
-Exit codes: 0 every job has a result (also where it diverged), 1 jobs were late or killed, 2 usage or
-bad input, or every job was refused, 4 could not write, 130 interrupted.)";
+Exit codes: 0 every job was run (also where it diverged, or some failed), 1 jobs were late or killed,
+or every job failed, 2 usage or bad input, or every job was refused, 4 could not write, 130 interrupted.)";
 
 }  // namespace
 

@@ -50,24 +50,25 @@ std::vector<std::string> parts_of(std::string_view text) {
   return parts;
 }
 
-/// "1..10:5" or "1..20" as numbers; nothing: it is no range.
-std::optional<std::vector<std::string>> range_of(const std::string& text) {
-  const std::size_t dots = text.find("..");
-  if (dots == std::string::npos) return std::nullopt;
+/// "1..10:5" or "1..20" as numbers, or what is wrong with them. `text` has two dots at `dots`.
+Result<std::vector<std::string>> range_of(const std::string& text, std::size_t dots) {
   const std::size_t colon = std::min(text.find(':', dots), text.size());
   const auto from = number_of(std::string_view(text).substr(0, dots));
   const auto to = number_of(std::string_view(text).substr(dots + 2, colon - dots - 2));
-  if (!from || !to || *from > *to) return std::nullopt;
+  if (!from || !to) return Error{"a side of .. is no number"};
+  if (*from > *to) return Error{fmt::format("the range goes down from {} to {}", *from, *to)};
   std::vector<std::string> values;
   if (colon == text.size()) {
-    if (*from != std::floor(*from) || *to != std::floor(*to) || *to - *from >= kMostJobs)
-      return std::nullopt;
+    if (*from != std::floor(*from) || *to != std::floor(*to))
+      return Error{"the ends are not whole numbers and there is no :COUNT"};
+    if (*to - *from >= kMostJobs)
+      return Error{fmt::format("it has more than {} values", kMostJobs)};
     for (double x = *from; x <= *to; ++x) values.push_back(fmt::format("{}", x));
     return values;
   }
   const auto count = number_of(std::string_view(text).substr(colon + 1));
   if (!count || *count != std::floor(*count) || *count < 2 || *count > kMostJobs)
-    return std::nullopt;
+    return Error{fmt::format("COUNT is no whole number from 2 to {}", kMostJobs)};
   const bool is_log = *from > 0 && *to >= 10 * *from;
   for (int i = 0; i < static_cast<int>(*count); ++i) {
     const double part = i / (*count - 1);
@@ -87,12 +88,15 @@ Result<Values> read_values(const std::string& text) {
   Values axis;
   axis.names = parts_of(std::string_view(text).substr(0, equals));
   const std::string values = text.substr(equals + 1);
-  if (auto range = range_of(values))
-    axis.values = std::move(*range);
-  else if (values.find("..") != std::string::npos)
-    return fault;
-  else
+  if (const std::size_t dots = values.find(".."); dots == std::string::npos) {
     axis.values = parts_of(values);
+  } else {
+    Result<std::vector<std::string>> range = range_of(values, dots);
+    if (!range)
+      return Error{fmt::format("--over: found \"{}\", in which {}, expected {}", printable(text),
+                               range.errors().front().message, kExpected)};
+    axis.values = std::move(*range);
+  }
   const auto is_empty = [](const std::string& s) { return s.empty(); };
   if (std::ranges::any_of(axis.names, is_empty) || std::ranges::any_of(axis.values, is_empty))
     return fault;

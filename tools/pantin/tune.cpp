@@ -22,7 +22,7 @@ constexpr double kGroupsPart = 0.1;  // of the time, for the run that finds the 
 
 /// The simulated seconds of so many samples.
 double time_of(const Tuning& t, std::size_t samples) {
-  return samples > 0 ? static_cast<double>(samples - 1) * t.subject.sampling.interval : 0.0;
+  return samples > 0 ? static_cast<double>(samples - 1) * t.subject.sampling.spacing() : 0.0;
 }
 
 /// What is the same for one choice and for groups.
@@ -104,7 +104,7 @@ void print_tuning(const Tuning& t, const TuneChoices& c) {
     fmt::print(
         "  reference   {}, steps of {:.3g} ms, own error {:.1e} of the size{}\n", r.method,
         1e3 * r.step, r.own.position / r.size,
-        r.compared == static_cast<std::size_t>(t.subject.sampling.count) + 1
+        r.compared == t.subject.sampling.samples()
             ? ""
             : fmt::format("; errors are those of the first {:.3g} s", time_of(t, r.compared)));
   for (std::size_t l = 0; l < t.ladders.size(); ++l) {
@@ -128,12 +128,14 @@ std::string fault_of(const Tuning& t, const TuneChoices& c) {
                ? "no reference: the time was too short for two runs of any method; repeat with a "
                  "longer --within"
                : "no reference: no method agrees with itself";
+  if (t.unseen) return words_of_unseen(t);
   if (!t.choice) return "no run succeeded within the time";
   if (t.is_met) return {};
-  return c.error ? fmt::format("no setting meets an error of {:g}; the best one has {:.2g}",
-                               *c.error, t.attempt().error)
-                 : fmt::format("no setting runs within {:g} us; the cheapest one takes {:.3g} us",
-                               *c.time, 1e6 * t.attempt().cost);
+  return c.error
+             ? fmt::format("no setting meets an error of {:g} among {}; the best one has {:.2g}",
+                           *c.error, words_of_tried(t), t.attempt().error)
+             : fmt::format("no setting runs within {:g} us; the cheapest one takes {:.3g} us",
+                           *c.time, 1e6 * t.attempt().cost);
 }
 
 int complain_of(const std::vector<Error>& errors, int code) {
@@ -180,7 +182,8 @@ int tune(const TuneChoices& c) {
   const double begin = wall_seconds();
   Result<Subject> subject = read_subject(c.scene, {c.duration, c.coarsest, 4});
   if (!subject) return complain_of(subject.errors(), kUsage);
-  subject->key += fmt::format("|{}|{}|", subject->sampling.interval, subject->sampling.count);
+  const Sampling& s = subject->sampling;
+  subject->key += fmt::format("|{}|{}|{}|", s.interval, s.count, s.between);
   Grouping grouping = groups_of(subject->own(), subject->sampling, kGroupsPart * c.within);
   if (grouping.groups.size() > 1 && grouping.kinds.size() <= kMostKinds)
     return finish(tune_groups(c, journal, {std::move(*subject), begin}, std::move(grouping)), c,
@@ -192,8 +195,7 @@ constexpr const char* kExamples =
     R"(Chooses the cheapest solver, integrator and step (or tolerance) whose error is at most --error,
 or the most accurate one that takes at most --time. Every method that runs the scene is tried: steps
 are halved, tolerances divided by ten, the cheapest run next, until the method meets the error, costs
-more than one that does, gains too little from two halvings, or fails four times; then one setting
-between the last two. The best ones are timed again in turn. A sentence says of each method why it was
+more than one that does, fails four times, or the time is over; then one setting between the last two. The best ones are timed again in turn. A sentence says of each method why it was
 or was not chosen. Results are kept in the folder of --results: the same command goes on.
 
 Examples:
@@ -207,12 +209,17 @@ searched alone, with the fixed and kinematic bodies; copies share a search. Erro
 of the size of each group, and the choice is verified by a run of the whole scene. One method for all
 groups is chosen where it is as cheap. Scenes with more than 24 kinds of groups have one method.
 
-Error: the greatest distance of any body from the reference at up to 200 equidistant times, plus the
-reference's own error, as a fraction of the size of the motion (the diagonal of the box around all
-positions). The reference is that of `pantin chart`: a run that is refined until it agrees with
-itself; where refinements part, as those of chaotic motions do, errors are those of the first half
-of the time until then. Cost: CPU time of the steps alone, microseconds for a simulated second; 1e6
-is one core in real time; the least of five rounds where costs are close.
+Error: the greatest distance of any point of a body from the reference, plus the reference's own
+error, as a fraction of the size of the motion (the diagonal of the box around all positions, or the
+diameter of the largest body if that is longer). The distance of a body is that of its mass centre
+plus the angle between its rotations times its radius (to the farthest point of its shapes; without
+shapes, the radius of gyration). It is looked at after every step, at 200 times or more; of a body
+that moves so fast that a cubic between the steps misses a tenth of its way, as a wheel that turns
+once a step, also between them. The reference is that of `pantin chart`: a run that is refined until
+it agrees with itself; where refinements part, as those of chaotic motions do, errors are those of
+the first half of the time until then. If an event of the scene follows that part, nothing is vouched
+for: exit code 3. Cost: CPU time of the steps alone, microseconds for a simulated second; 1e6 is one
+core in real time; the least of five rounds where costs are close.
 
 --out writes the scene with the keys "solver" and "step" of the choice, groups of their own as "solver"
 of a body, chain, instance, grid or ring; the rest of the file stays as it is, but for "error" and

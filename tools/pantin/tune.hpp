@@ -27,7 +27,7 @@ struct Attempt {
 /// What is known of a method.
 struct Ladder {
   /// Why no finer step is tried.
-  enum class End : std::uint8_t { none, met, over, dearer, stalls, fails, finest, time };
+  enum class End : std::uint8_t { none, met, over, dearer, fails, finest, time };
   const Loaded* loaded = nullptr;
   std::vector<Attempt> attempts;
   double next = 0;  // s that the next run takes, as far as it can be known
@@ -43,7 +43,8 @@ struct Tuning {
   Subject subject;
   Reference reference;
   std::vector<Ladder> ladders;
-  std::optional<Pick> choice;  // the best one that was found
+  std::optional<double> unseen;  // s: an event after all that can be compared
+  std::optional<Pick> choice;    // the best one that was found
   bool is_met = false;
   double frame = 0;  // s, the step that all groups of a scene share; 0: it has one group
   const Ladder& method() const { return ladders[choice->ladder]; }
@@ -66,6 +67,10 @@ struct Setting {
 /// Runs and times a setting, which then is the last attempt of the ladder; one that the journal
 /// knows is not repeated. If it takes too much of the time, the ladder ends instead.
 Result<Done> try_setting(const Measuring& in, Ladder& ladder, const Setting& setting);
+
+/// So many steps in an interval that they are steps of the sampling, nearest to the mean of two
+/// numbers in ratio, and between these; 0: there is none.
+double steps_between(const Sampling& sampling, double few, double many);
 
 /// One ladder for each method that is asked for; ended where the method refuses the scene.
 std::vector<Ladder> ladders_of(const Subject& subject, const TuneChoices& choices);
@@ -91,6 +96,10 @@ struct Why {
   std::string verdict, sentence;
 };
 Why why_of(const Tuning& tuning, const TuneChoices& choices, std::size_t ladder);
+/// Why nothing is vouched for where an event is unseen, a sentence.
+std::string words_of_unseen(const Tuning& tuning);
+/// "the 12 settings that were tried", and of how many methods the finer ones were not.
+std::string words_of_tried(const Tuning& tuning);
 
 /// The text of the scene with the choice as its keys "solver" and "step". An error: the file then
 /// moves differently from what was measured, because its bodies have settings of their own.

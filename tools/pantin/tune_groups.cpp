@@ -92,6 +92,7 @@ Result<Tuning> GroupTuner::begin_kind(const Group& group) {
   rerun(t.subject, t.reference);
   t.reference.size = std::max(t.reference.size, extent_of(part.world, group));
   t.ladders = ladders_of(t.subject, c_);
+  t.unseen = event_unseen(t.subject, t.reference);
   return t;
 }
 
@@ -294,8 +295,8 @@ Result<Done> GroupTuner::search() {
   }
   if (!best || best_rung == 0) return Done{};
   const double many = std::ldexp(whole, best_rung), few = many / 2;
-  const double between = std::round(std::sqrt(few * many));
-  return between > few && between < many ? measure_step(between) : Result<Done>(Done{});
+  const double between = steps_between(t_.subject.sampling, few, many);
+  return between > 0 ? measure_step(between) : Result<Done>(Done{});
 }
 
 /// The best compositions by groups, and of one method.
@@ -416,7 +417,8 @@ Result<GroupTuning> GroupTuner::make(Subject subject, Grouping grouping) {
     Result<Tuning> begun = begin_kind(t_.grouping.groups[kind.groups.front()]);
     if (!begun) return begun.errors();
     t_.kinds.push_back(std::move(*begun));
-    if (interrupted() || !t_.kinds.back().reference.holds()) return std::move(t_);
+    const Tuning& kind_begun = t_.kinds.back();
+    if (interrupted() || !kind_begun.reference.holds() || kind_begun.unseen) return std::move(t_);
   }
   if (auto done = search(); !done) return done.errors();
   compose();

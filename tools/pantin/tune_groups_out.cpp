@@ -47,6 +47,7 @@ std::string why_of_kind(const GroupTuning& t, std::size_t kind) {
   const Group& group = t.grouping.groups[t.grouping.kinds[kind].groups.front()];
   const Tuning& own = t.kinds[kind];
   if (!own.reference.holds()) return "no method agrees with itself in the time";
+  if (own.unseen) return "an event is outside of what can be compared";
   const Composition* c = t.choice();
   if (!c) return "no run succeeded within the time";
   if (group.has_laminas) return "laminas are moved by \"quasistatic\", which nothing else replaces";
@@ -120,6 +121,9 @@ std::string fault_of(const GroupTuning& t, const TuneChoices& c) {
     if (!t.kinds[k].reference.holds())
       return fmt::format("no reference for {}: no method agrees with itself in the time",
                          words_of_kind(t, k));
+  for (std::size_t k = 0; k < t.kinds.size(); ++k)
+    if (t.kinds[k].unseen)
+      return fmt::format("{}: {}", words_of_kind(t, k), words_of_unseen(t.kinds[k]));
   const Composition* choice = t.choice();
   if (!choice) return "no run succeeded within the time";
   if (t.is_met) return {};

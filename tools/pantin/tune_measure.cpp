@@ -65,6 +65,15 @@ Result<Done> try_setting(const Measuring& in, Ladder& ladder, const Setting& set
   return in.journal.add(key, std::move(known));
 }
 
+double steps_between(const Sampling& sampling, double few, double many) {
+  const double mean = std::sqrt(few * many);
+  double best = 0;
+  for (double n = few + 1; n < many; ++n)
+    if (std::fmod(sampling.between, n) == 0 || std::fmod(n, sampling.between) == 0)
+      if (best == 0 || std::abs(std::log(n / mean)) < std::abs(std::log(best / mean))) best = n;
+  return best;
+}
+
 std::vector<Ladder> ladders_of(const Subject& subject, const TuneChoices& c) {
   std::vector<Ladder> ladders;
   const World& world = subject.own().world;

@@ -10,10 +10,6 @@ namespace pantin::program {
 namespace {
 
 constexpr double kReferencePart = 0.35, kRunsPart = 0.85;  // of the time
-// A ladder ends where two halvings do not gain this factor, unless errors are about as large as the
-// motion and the step is still long.
-constexpr double kGain = 0.7, kLarge = 0.1;
-constexpr int kLongSteps = 5;
 constexpr double kNear = 2;  // within this factor a finer step may be the cheaper one
 
 class Tuner {
@@ -88,9 +84,6 @@ Ladder::End Tuner::end_of(const Ladder& l) const {
   if (c_.error && a.cost >= least_cost()) return dearer;
   if (!c_.error && !meets(a)) return over;
   if (!c_.error && a.error <= error_floor(t_.reference)) return met;
-  if (n > 2 && all[n - 3].is_ok() && a.error > kGain * all[n - 3].error &&
-      (a.error < kLarge || n > kLongSteps))
-    return stalls;
   return n == c_.rungs ? finest : none;
 }
 
@@ -102,8 +95,8 @@ Result<Done> Tuner::refine(Ladder& l) {
   const double interval = t_.subject.sampling.interval;
   const double few = std::round(interval / coarse.step), many = std::round(interval / fine.step);
   if (fine.tolerance > 0) return attempt(l, many, std::sqrt(coarse.tolerance * fine.tolerance));
-  const double between = std::round(std::sqrt(few * many));
-  if (between <= few || between >= many) return Done{};
+  const double between = steps_between(t_.subject.sampling, few, many);
+  if (between == 0) return Done{};
   return attempt(l, between, 0);
 }
 
@@ -191,7 +184,8 @@ Result<Tuning> Tuner::make(Subject subject) {
   t_.reference = std::move(*reference);
   rerun(t_.subject, t_.reference);
   t_.ladders = ladders_of(t_.subject, c_);
-  if (!t_.reference.holds()) return std::move(t_);
+  t_.unseen = event_unseen(t_.subject, t_.reference);
+  if (!t_.reference.holds() || t_.unseen) return std::move(t_);
   while (!interrupted()) {
     progress_.show(1 - left(1) / c_.within);
     Ladder* next = nullptr;
