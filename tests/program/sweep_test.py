@@ -270,6 +270,15 @@ class Sweep(unittest.TestCase):
         self.assertEqual(json.loads(done.stdout)["jobs"], 2)
         self.assertEqual(len({line["result"]["hash"] for line in self.lines()}), 2)
 
+    def test_a_sweep_of_failures_says_why(self):
+        """Of choices that cannot be written: the body has a solver of its own."""
+        own = [{**body, "solver": {"type": "lagrangian"}} for body in PENDULUM["bodies"]]
+        self.scene({**PENDULUM, "bodies": own})
+        done = self.sweep("scene.json", "--over", "error=0.1,0.2", "--", "tune", "--methods", "auto", "--within",
+                          "5", "--out", "none.json", "--results", "{folder}", code=1)
+        self.assertIn("2 failed", done.stdout)
+        self.assertRegex(done.stderr, r"job [0-9a-f]+ failed: .*solver settings of single bodies")
+
     def test_bad_input(self):
         self.scene(PENDULUM)
         (self.folder / "bad.txt").write_text("run scene.json\nrun 'scene.json\n")

@@ -417,13 +417,16 @@ class Tune(unittest.TestCase):
         self.assertIn("among the 3 settings that were tried", told.stderr)
         self.assertNotIn("shorter steps do not lessen it", told.stdout)
 
-    def test_without_a_reference_no_longer_search_is_advised(self):
-        still = {**FLYWHEEL, "joints": [{**FLYWHEEL["joints"][0], "motor": {"velocity": 20}}]}
-        told = pantin("tune", self.scene(still), "--error", 1e-2, "--within", 0.1, "--methods",
-                      "lagrangian/rk4", "--results", self.folder / "tune")
-        if "no reference" in told.stderr:
-            self.assertEqual(told.returncode, 3)
-            self.assertNotIn("longer --within", told.stdout)
+    def test_nothing_is_vouched_for_without_a_reference(self):
+        """A motor without a gain is another model at each step: no two runs agree from the start on."""
+        motor = {**FLYWHEEL, "joints": [{**FLYWHEEL["joints"][0], "motor": {"velocity": 20}}]}
+        out = self.folder / "tuned.json"
+        told = pantin("tune", self.scene(motor), "--error", 1e-2, "--within", 5, "--methods",
+                      "lagrangian/rk4,planar", "--results", self.folder / "tune", "--out", out)
+        self.assertEqual(told.returncode, 3)
+        self.assertIn("no reference: no method agrees with itself", told.stderr)
+        self.assertNotIn("longer --within", told.stdout)
+        self.assertFalse(out.exists())
 
     def test_bad_input(self):
         path = self.scene(PENDULUM)

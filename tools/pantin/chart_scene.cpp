@@ -274,7 +274,8 @@ Json SceneChart::as_json() {
   j["reference"] = reference_json();
   j["refused"] = Json::array();
   for (const Loaded& l : subject_.loaded)
-    if (!l.scene) j["refused"].push_back({{"method", l.method.name}, {"reason", l.refusal}});
+    if (!l.scene && (c_.methods.empty() || std::ranges::count(c_.methods, l.method.name) > 0))
+      j["refused"].push_back({{"method", l.method.name}, {"reason", l.refusal}});
   Json runs = Json::array();
   for (const Point& point : points_) runs.push_back(run_of(point));
   mark_front(runs, std::isfinite(reference_.own.position) ? reference_.own.position : 0,

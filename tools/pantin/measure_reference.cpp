@@ -206,6 +206,9 @@ Reference find_reference(std::span<const Loaded> methods, const Search& search) 
   reference.step = best.step, reference.own = best.own, reference.agreed = best.agreed;
   reference.compared = best.compared;
   reference.track = std::move(best.finest);
+  // What agrees for less than an interval has been compared at no step of some runs.
+  if (reference.compared <= static_cast<std::size_t>(search.sampling.between))
+    reference.agreed = reference.compared = 0;
   return reference;
 }
 

@@ -114,10 +114,14 @@ void print_tuning(const Tuning& t, const TuneChoices& c) {
   }
   if (!t.choice) return;
   const Attempt& a = t.attempt();
+  const std::string part =
+      r.compared == t.subject.sampling.samples()
+          ? ""
+          : fmt::format(" in the first {:.3g} s of {:.3g} s", time_of(t, r.compared), duration);
   fmt::print(
-      "  {}      {}, {}: error {:.2g} of the size, {:.3g} us for a simulated second ({:.2g} % "
+      "  {}      {}, {}: error {:.2g} of the size{}, {:.3g} us for a simulated second ({:.2g} % "
       "of a core)\n",
-      t.is_met ? "choice" : "best  ", t.method().loaded->method.name, words_of(a), a.error,
+      t.is_met ? "choice" : "best  ", t.method().loaded->method.name, words_of(a), a.error, part,
       1e6 * a.cost, 100 * a.cost);
 }
 
