@@ -145,6 +145,23 @@ class Chart(Charts):
         told = pantin("chart", pendulum, "--out", self.folder / "out", *words)
         self.assertIn("own error unknown", told.stdout)
 
+    def test_a_file_without_rotations_has_positions_compared(self):
+        """The errors of positions alone, and none of orientation instead of 0."""
+        pendulum, words = self.scene(PENDULUM), ["--rungs", 1, "--repeat", 1, "--time", 10, "--methods", "lagrangian/euler"]
+        runs = []
+        for columns in ("rod.*", "rod.x,rod.y,rod.z"):
+            path = self.folder / "own.csv"
+            done = pantin("run", pendulum, "--step", 0.001, "--record", path, "--columns", columns)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            runs += self.chart(pendulum, "--against", path, *words)["runs"]
+        turned, moved = runs
+        # The rod is 0.5 m from its hinge, and as a point mass at its radius of gyration.
+        self.assertAlmostEqual(turned["position_m"] / turned["origin_m"], 1 + 0.1 ** 0.5 / 0.5, delta=0.1)
+        self.assertEqual(moved["position_m"], moved["origin_m"])
+        self.assertAlmostEqual(moved["position_m"], turned["origin_m"], delta=1e-12)
+        self.assertGreater(turned["orientation_rad"], 1e-3)
+        self.assertIsNone(moved["orientation_rad"])
+
     def test_chaos_is_told(self):
         scene = self.chart(TRIPLE, "--coarsest", 0.02, "--rungs", 2, "--repeat", 1, "--time", 20,
                            "--methods", "lagrangian/radau,lagrangian/euler")

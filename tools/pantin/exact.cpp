@@ -63,7 +63,7 @@ Result<std::optional<Reference>> exact_motion(Subject& subject) {
   if (asked < 1 || std::floor(asked) > sampling.count) return std::optional<Reference>();
   sampling.count = static_cast<int>(asked);
   cut(*read, sampling.samples());
-  read->own = {head->known, head->known, 0, 0};
+  read->own.position = read->own.origin = head->known;
   subject.sampling = sampling;
   return std::optional<Reference>(std::move(*read));
 }

@@ -137,8 +137,8 @@ struct Apart {
   double position = 0;     // m, of points of a body: of its mass centre, and its radius times the
                            // angle between its rotations; where these are unknown, of its origin
   double origin = 0;       // m, of the origins of the bodies' frames alone
-  double orientation = 0;  // rad
-  double energy = 0;       // J
+  double orientation = 0;  // rad; NaN where it is unknown
+  double energy = 0;       // J, at steps; NaN where it is unknown
 };
 /// Over the first `samples` times at which both have steps. Where the steps of one are so long that
 /// interpolation between them misses more than a tenth of the way of a body, as where a wheel turns

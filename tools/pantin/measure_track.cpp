@@ -11,6 +11,7 @@ namespace pantin::program {
 namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+constexpr Apart kNotApart{0, 0, kUnknown, kUnknown};
 
 /// The distance of the farthest point of a convex shape from the mass centre, m: from all around,
 /// towards a farther one each time.
@@ -65,7 +66,7 @@ double angle_between(const Quat& p, const Quat& q) {
 
 /// The distance of two places of a body. What is not finite is not known.
 Apart distance(const Track& track, std::size_t body, const Pose& p, const Pose& q) {
-  Apart d;
+  Apart d = kNotApart;
   const Vec3 between = p.position - q.position, centre = track.centres[body];
   const double angle = angle_between(p.rotation, q.rotation);
   if (const double far = glm::length(between); !std::isnan(far)) d.origin = d.position = far;
@@ -78,8 +79,9 @@ Apart distance(const Track& track, std::size_t body, const Pose& p, const Pose& 
 }
 
 Apart larger(const Apart& a, const Apart& b) {
+  // The last two may be unknown: NaN.
   return {std::max(a.position, b.position), std::max(a.origin, b.origin),
-          std::max(a.orientation, b.orientation), std::max(a.energy, b.energy)};
+          std::fmax(a.orientation, b.orientation), std::fmax(a.energy, b.energy)};
 }
 
 /// Two motions over their first samples.
@@ -92,12 +94,11 @@ class Comparison {
 
   /// Over the bodies that are compared at a sample.
   Apart at(std::size_t sample) const {
-    Apart d;
+    Apart d = kNotApart;
     const bool is_step = a_.is_step(sample) && b_.is_step(sample);
     for (std::size_t body = 0; body < bodies(); ++body)
       if (is_step || is_unresolved_[body]) d = larger(d, between(body, sample));
-    const double e = std::abs(a_.energies[sample] - b_.energies[sample]);
-    if (!std::isnan(e)) d.energy = e;
+    d.energy = std::abs(a_.energies[sample] - b_.energies[sample]);
     return d;
   }
 
@@ -210,7 +211,7 @@ void Sampler::take(const World& world, double energy) {
 
 Apart apart(const Track& a, const Track& b, std::size_t samples) {
   const Comparison both(a, b, samples);
-  Apart most;
+  Apart most = kNotApart;
   for (std::size_t s = 0; s < samples; ++s) most = larger(most, both.at(s));
   return most;
 }

@@ -15,8 +15,8 @@ Json to_json(const Reference& reference) {
          {"step_s", reference.step},
          {"position_m", reference.own.position},
          {"origin_m", reference.own.origin},
-         {"orientation_rad", reference.own.orientation},
-         {"energy_j", reference.own.energy},
+         {"orientation_rad", json_number(reference.own.orientation)},
+         {"energy_j", json_number(reference.own.energy)},
          {"agreed", reference.agreed},
          {"compared", reference.compared},
          {"size_m", reference.size},
@@ -29,12 +29,17 @@ Json to_json(const Reference& reference) {
   return r;
 }
 
+/// NaN for null.
+double number_of(const Json& j) {
+  return j.is_number() ? j.get<double>() : std::numeric_limits<double>::quiet_NaN();
+}
+
 /// Without the motion.
 Reference from_json(const Json& r) {
   Reference reference;
   reference.method = r["method"].get<std::string>(), reference.step = r["step_s"].get<double>();
   reference.own = {r["position_m"].get<double>(), r["origin_m"].get<double>(),
-                   r["orientation_rad"].get<double>(), r["energy_j"].get<double>()};
+                   number_of(r["orientation_rad"]), number_of(r["energy_j"])};
   reference.compared = r["compared"].get<std::size_t>();
   reference.agreed = r["agreed"].get<std::size_t>(), reference.size = r["size_m"].get<double>();
   for (const Json& t : r["tried"])
