@@ -108,7 +108,7 @@ struct BodyScratch {
   std::vector<Real> outboard;                 // of free trees, per body: mass of its subtree, kg
   std::vector<ContactRow> contact_rows;       // of this step
   std::vector<BodyPush> pushes;               // a body each, if any has a collider
-  std::vector<Vec3> velocities;               // a body each: at the start of a step with pins
+  std::vector<Vec3> velocities;               // a body each: at the start of a step with ties
 };
 
 /// Workspace of the equations that couple ties.
@@ -138,6 +138,7 @@ struct TieScratch {
   std::vector<CableRow> cable_rows;                         // a cable each
   std::vector<Vec3> velocities_before;                      // 2 a body, for impacts of cables
   std::vector<Vec3> pin_gaps;                               // a pin each: see begin_closing()
+  std::vector<Real> cable_gaps;                             // a cable each, m: likewise
   std::vector<Vec3> pins_before;  // a pin each: its target where sweeps take over the step
   std::vector<std::uint8_t> on_path;
   bool predicted = false;  // by the update stage; otherwise predicted later

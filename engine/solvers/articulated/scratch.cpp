@@ -42,7 +42,7 @@ void prepare(const World& world, Island& a) {
   if (!world.forces.empty()) r.forces.resize(6, n);
   if (has_rows(a) || !a.joints.empty()) reserve_ties(a);
   if (shake) r.blocks.assign(kBlockSize * n, 0);
-  if (!a.pins.empty()) r.velocities.assign(n, Vec3(0));
+  if (has_rows(a)) r.velocities.assign(n, Vec3(0));
   if (shake) r.translation.assign(n, Vec3(0)), r.rotation = r.turned = r.translation;
   if (has_free_tree(a)) r.outboard.assign(n, 0);
   if (has_rows(a)) r.on_path.assign(n, 0);

@@ -57,16 +57,16 @@ Real fastest_anchor_speed(const World& world, const Island& a, Real h) {
   return most;
 }
 
-/// Velocities before the step. Islands with pins store them apart, since the iterations of a step
-/// that closes gaps overwrite the rows of kMove; sweeps do not.
+/// Velocities before the step. Islands with pins or cables store them apart, since the iterations
+/// of a step that closes gaps overwrite the rows of kMove; sweeps do not.
 void keep_velocity(Island& a, std::size_t c, Vec3 v) {
-  if (a.pins.empty())
-    a.memory.set(kMove, c, v);
-  else
+  if (has_rows(a))
     a.scratch.velocities[c] = v;
+  else
+    a.memory.set(kMove, c, v);
 }
 Vec3 velocity_before(const Island& a, std::size_t c) {
-  return a.pins.empty() ? a.memory.vec(kMove, c) : a.scratch.velocities[c];
+  return has_rows(a) ? a.scratch.velocities[c] : a.memory.vec(kMove, c);
 }
 
 /// Upper bound on the work done on the island in the step: the forces on its bodies other than
@@ -85,7 +85,7 @@ Real most_work(const World& world, const Island& a, Real h) {
     }
     pulls += glm::length(change);
   }
-  PANTIN_ASSERT(a.pins.empty() || a.scratch.velocities.size() == a.count());
+  PANTIN_ASSERT(!has_rows(a) || a.scratch.velocities.size() == a.count());
   const Real speed = fastest_anchor_speed(world, a, h);
   return pulls * speed + pushed;
 }

@@ -1,4 +1,6 @@
 // Ties of a substep by the energy-momentum method: their start, and their multipliers at the end.
+#include <algorithm>
+
 #include "engine/joints/reel.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
@@ -47,6 +49,12 @@ struct PlaceInStep {
   Vec3 gap{0};
 };
 
+/// A substep of a cable; `gap`, m, likewise.
+struct CablePart {
+  const StepPart& part;
+  Real gap;
+};
+
 /// Completes a tie for a substep.
 void begin_tie(const World& world, const Island& a, ConservingTie& t, const PlaceInStep& fixed) {
   const auto& [place, part, gap] = fixed;
@@ -68,12 +76,44 @@ void begin_tie(const World& world, const Island& a, ConservingTie& t, const Plac
   t.still = t.still && !t.open;
 }
 
-/// Sets the length of a cable at the end of a substep, and its rate.
-void reel(const CableParameters& cable, const CableReel& before, const StepPart& part,
+/// Sets the length of a cable at the end of a substep, and its rate. A cable that starts too long
+/// by `gap`, m, becomes as long as it may be evenly over the step.
+void reel(const PackedCable& packed, const CableParameters& cable, const CablePart& in,
           ConservingTie& t) {
-  const ReeledLength at = reeled_in_step(before, cable, part.end, part.whole);
+  const auto& [part, gap] = in;
+  const ReeledLength at = reeled_in_step(packed.before(), cable, part.end, part.whole);
   t.length = part.end == 1 ? cable.length : at.length;
   t.rate = at.rate;
+  if (gap == 0) return;
+  t.still = false;
+  if (part.end < 1) t.length += (1 - part.end) * gap, t.rate -= gap / part.whole;
+}
+
+/// m: by how much an inextensible cable is longer than it may be at the start of a step.
+Real excess_of(const World& world, const Island& a, const PackedCable& cable, Real h) {
+  const CableParameters& s = world.cables.values()[cable.cable].joint;
+  if (s.compliance > 0) return 0;
+  const auto end = [&](std::uint32_t column, std::uint32_t slot, Vec3 anchor) {
+    if (column != kNobody) return point_on(world, slot, anchor);
+    return a.owed > 0 ? cable.held_before : point_before(world, slot, anchor, h);
+  };
+  const Vec3 apart =
+      end(cable.column_b, cable.slot_b, s.anchor_b) - end(cable.column_a, cable.slot_a, s.anchor_a);
+  return glm::length(apart) - reeled_in_step(cable.before(), s, 0, h).length;
+}
+
+/// Whether springs, motors or the like may move the island: the energy that it may have is unknown.
+bool has_other_sources(const World& world, const Island& a) {
+  const auto turns_itself = [](const PackedJoint& j) {
+    return is_actuated(j) || j.drive != UINT32_MAX || j.joint.limits->soft_zone > 0;
+  };
+  return std::any_of(a.joints.begin(), a.joints.end(), turns_itself) ||
+         std::any_of(a.pins.begin(), a.pins.end(),
+                     [](const PackedPin& pin) { return pin.compliance > 0; }) ||
+         std::any_of(a.cables.begin(), a.cables.end(), [&](const PackedCable& c) {
+           const CableParameters& s = world.cables.values()[c.cable].joint;
+           return s.compliance > 0 || is_reeled(c.before(), s);
+         });
 }
 
 /// Warm start: a cable that was taut at the end of the last step starts as taut.
@@ -99,6 +139,13 @@ bool begin_closing(const World& world, Island& a, Real h) {
     a.scratch.pin_gaps[i] = open ? gap : Vec3(0);
     any = any || open;
   }
+  bool takes_up = false;
+  for (std::size_t i = 0; i < a.cables.size(); ++i) {
+    const Real excess = excess_of(world, a, a.cables[i], h);
+    a.scratch.cable_gaps[i] = excess > kClosedGap * a.size ? excess : 0;
+    takes_up = takes_up || a.scratch.cable_gaps[i] > 0;
+  }
+  any = any || (takes_up && !has_other_sources(world, a));
   if (any) begin_watch(world, a);
   return any;
 }
@@ -134,7 +181,6 @@ void begin_ties(const World& world, Island& a, const StepPart& part) {
     PANTIN_ASSERT(has_b || cable.column_a != kNobody);
     t.cable = static_cast<std::uint32_t>(&cable - a.cables.data());
     t.kind = stretches ? TieKind::cable : TieKind::slack;
-    reel(s, cable.before(), part, t);
     if (stretches) t.stiffness = stiffness_of(s);
     t.b = has_b ? cable.column_b : cable.column_a;
     t.anchor_b = has_b ? s.anchor_b : s.anchor_a;
@@ -150,6 +196,7 @@ void begin_ties(const World& world, Island& a, const StepPart& part) {
       place.velocity = b.velocity + glm::cross(b.angular_velocity, b.pose.rotation * anchor);
     }
     begin_tie(world, a, t, {place, part});
+    reel(cable, s, {part, r.cable_gaps[t.cable]}, t);
     if (!stretches) begin_inextensible(r, t, cable, to_mu);
   }
 }

@@ -288,6 +288,12 @@ void renumber_crowds(Islands& all, const Rebuild& rebuild) {
 
 namespace {
 
+/// Whether a cable that was too long at the start of the step is being taken up.
+bool takes_up(const Island& a) {
+  return std::any_of(a.scratch.cable_gaps.begin(), a.scratch.cable_gaps.end(),
+                     [](Real gap) { return gap > 0; });
+}
+
 /// Whether, after one more round, there would be no time for a substep of each unfinished step and
 /// of those after them.
 bool has_to_hurry(const Islands& all, const StepTask& task) {
@@ -313,7 +319,7 @@ void step_crowds(World& world, const StepTask& task) {
     Island& a = all.list[island];
     a.in_crowd = false;
     if (a.asleep || a.step == 0 || a.in_group || a.forced || !a.conserves || !a.finite) continue;
-    // A cable's compliance may have been changed; lanes have no reels.
+    // A cable's compliance may have been changed.
     const std::vector<LaneTies::Tie>& ties = crowd.shapes[shape].ties;
     bool fits = true;
     for (std::size_t n = 0; n < ties.size(); ++n)
@@ -330,6 +336,8 @@ void step_crowds(World& world, const StepTask& task) {
   for (std::size_t i = 0; i < crowd.steps.size(); ++i)
     crowd.going.push_back(static_cast<std::uint32_t>(i));
   bool hurries = false;
+  // Lanes have no reels, nor cables that are taken up.
+  const auto alone = [&](std::size_t i) { return takes_up(*crowd.steps[crowd.going[i]].island); };
   while (!crowd.going.empty()) {
     hurries = hurries || has_to_hurry(all, task);
     if (hurries)
@@ -337,7 +345,7 @@ void step_crowds(World& world, const StepTask& task) {
     crowd.units.clear();
     for (std::size_t i = 0, end = 0; i < crowd.going.size(); i = end) {
       end = i + 1;
-      while (end < crowd.going.size() && end - i < kernels().lanes &&
+      while (end < crowd.going.size() && end - i < kernels().lanes && !alone(i) && !alone(end) &&
              crowd.steps[crowd.going[i]].shape == crowd.steps[crowd.going[end]].shape)
         ++end;
       crowd.units.push_back({i, end - i});
