@@ -143,6 +143,7 @@ void write_group(World& world, const Group& g, Real h) {
   for (const GroupTie& t : g.ties) {
     PANTIN_ASSERT(t.island < list.size() && list[t.island].in_group);
     Island& a = list[t.island];
+    a.energy_removed += t.energy_removed;
     if (t.is_joint)
       a.memory.set(kLambda, t.number, h * t.passed);
     else if (t.kind == GroupTie::Kind::cable)

@@ -42,7 +42,7 @@ struct GroupBody {
   Vec3 centre{0};                  // m, world: origin of the contacts' arms
   Vec3 before{0};                  // velocity at the start of the substep
   std::uint32_t looped = kNoNode;  // in GroupScratch::looped, if its island has loops
-  bool touched = false;            // a contact acts on it in this substep
+  bool touched = false;            // it moves by its end velocity in this substep
   bool jammed = false;             // in this step: see is_jammed()
   // Before the impulses of the substep, see forget_impulses():
   Vec3 free_velocity{0}, free_spin{0}, free_momentum{0};
@@ -245,11 +245,15 @@ struct GroupTie {
   Real along = 0;                           // of a cable, 1/kg
   std::uint32_t first_step = 0, steps = 0;  // rigid tie: its path to the root
   std::uint32_t first = 0;                  // rigid: first tie of its island that is coupled to it
-  std::size_t row = 0;    // rigid: in GroupScratch::number_list, from block `first`
-  Real yield = 0;         // 1/kg, regularisation
-  bool is_joint = false;  // `number` is a column of the island
-  Vec3 impulse{0};        // N s of a substep on b, of a cable its tension in x
-  Vec3 passed{0};         // N s over the step so far
+  std::size_t row = 0;      // rigid: in GroupScratch::number_list, from block `first`
+  Real yield = 0;           // 1/kg, regularisation
+  bool is_joint = false;    // `number` is a column of the island
+  Real parting = 0;         // m/s, of a cable's ends without impulses; not below 0
+  bool is_reeled = false;   // a cable whose length changes in the step
+  bool has_moved = false;   // placed at the end of the substep, see follow_cables()
+  Vec3 impulse{0};          // N s of a substep on b, of a cable its tension in x
+  Vec3 passed{0};           // N s over the step so far
+  Real energy_removed = 0;  // J, as GroupTree's, in a group without trees
 };
 
 /// The rigid ties of one island, solved together: group_loops.cpp.
@@ -406,15 +410,6 @@ enum class Rest : std::uint8_t { taken, moves, fails };
 /// seconds. Else it moves nothing. In a part of a step light arms that touch nothing may swing.
 Rest rest_group(const Group& g, const GroupPart& part);
 
-// Springs and cables (group_ties.cpp).
-/// Updates the arms and the gap of a tie.
-void place_tie(const Group& g, GroupTie& t);
-void prepare_tie(const Group& g, GroupTie& t, Real h);
-void push_tie(const Group& g, const GroupTie& t);
-/// Solves one tie, closing the fraction `part` of its gap in the substep. Returns the change of
-/// speed, m/s.
-Real solve_tie(const Group& g, GroupTie& t, Real h, Real part);
-
 // Loops and exact pins besides those of the roots (group_loops.cpp).
 
 /// Assembles and factors the equations of the rigid ties; after prepare_trees.
@@ -446,5 +441,8 @@ void push_closing(const Group& g, const GroupLoops& l);
 /// of a substep. The latter returns whether the equations must be rebuilt (group_motion.cpp).
 bool are_open(const Group& g, Real times = 1);
 bool close_loops(const Group& g, const GroupPart& part);
+/// Moves bodies until inextensible cables are not too long, once for each. Returns whether any was;
+/// the equations must then be rebuilt (group_motion.cpp).
+bool shorten_cables(const Group& g, const GroupPart& part);
 
 }  // namespace pantin::detail::articulated

@@ -3,6 +3,7 @@
 #include <tuple>
 
 #include "engine/contact/detect.hpp"
+#include "engine/joints/reel.hpp"
 #include "engine/solvers/articulated/impulses/gather.hpp"
 #include "engine/solvers/articulated/impulses/graph_order.hpp"
 
@@ -208,6 +209,7 @@ void gather_ties(const World& world, GroupScratch& r, const GroupScratch::Range&
     const CableParameters& own = world.cables.values()[cable.cable].joint;
     GroupTie t;
     t.kind = GroupTie::Kind::cable, t.length = own.length;
+    t.is_reeled = is_reeled(cable.before(), own);
     t.stiffness = own.compliance > 0 ? stiffness_of(own) : 0;
     t.island = of.number, t.number = i;
     t.anchor_a = own.anchor_a, t.anchor_b = own.anchor_b;

@@ -21,7 +21,7 @@ bool is_left_alone(const Group& g) {
          std::none_of(g.nodes.begin(), g.nodes.end(),
                       [](auto& n) { return n.has_spring || n.is_driven; }) &&
          std::all_of(g.ties.begin(), g.ties.end(), [&](const GroupTie& t) {
-           return t.stiffness == 0 && rests(t.a) && rests(t.b);
+           return t.stiffness == 0 && !t.is_reeled && rests(t.a) && rests(t.b);
          });
 }
 
@@ -98,7 +98,8 @@ void slow_bodies(const Group& g, Real now, Real before) {
   const Real part = std::sqrt(before / now);
   for (GroupBody& b : g.bodies)
     if (b.per_mass > 0) b.velocity *= part, b.spin *= part, b.angular_momentum *= part;
-  g.trees.front().energy_removed += now - before;
+  (g.trees.empty() ? g.ties.front().energy_removed : g.trees.front().energy_removed) +=
+      now - before;
 }
 
 }  // namespace pantin::detail::articulated

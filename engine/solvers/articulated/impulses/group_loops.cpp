@@ -18,6 +18,7 @@
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
+#include "engine/solvers/articulated/impulses/group_ties.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {

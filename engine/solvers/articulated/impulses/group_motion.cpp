@@ -3,6 +3,7 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
+#include "engine/solvers/articulated/impulses/group_ties.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
@@ -19,6 +20,8 @@ constexpr Real kSmallestShare = 0.05;
 constexpr Real kFastWay = 0.05;
 /// rad, in one correction.
 constexpr Real kFarthestTurn = 0.1;
+/// Fraction of a cable's length: one that is longer by more is shortened by moving bodies.
+constexpr Real kTooLong = 1e-5;
 
 /// Angular momentum in the body frame after torque-free rotation for a time h. The midpoint rule
 /// for Euler's equations keeps its magnitude and the energy, however thin the body is.
@@ -410,6 +413,87 @@ bool close_loops(const Group& g, const GroupPart& part) {
       for (const GroupTree& t : trees) turn_back(g, t);
     }
     moved = moved || (now.squares < gaps.squares && now.worst > kNearlyClosed * l.open);
+  }
+  return moved;
+}
+
+namespace {
+
+/// A body that a cable which is too long pulls, or the tree that it is part of.
+class Pulled {
+ public:
+  Pulled(const Group& g, std::uint32_t body) : g_(g), body_(g.bodies[body]), kept_(body_.pose) {
+    if (body_.node == kNoNode) return;
+    tree_ = &g.trees[g.nodes[body_.node].tree];
+    for (std::uint32_t i = tree_->first; i < tree_->first + tree_->count; ++i)
+      g.nodes[i].passing = {};
+  }
+  GroupTree* tree() const { return tree_; }
+  void pull(Vec3 impulse, Vec3 arm) {
+    const Vec3 moment = glm::cross(arm, impulse);
+    if (tree_)
+      g_.nodes[body_.node].passing += {impulse, moment};
+    else
+      move_ = body_.per_mass * impulse, turn_ = body_.response * moment;
+  }
+  /// Finds its motion. Returns the largest rotation, rad.
+  Real respond() { return tree_ ? respond_to_impulses(g_, *tree_) : glm::length(turn_); }
+  void move_by(Real share, Real at) {
+    if (tree_) return turn_by(g_, *tree_, share), place_by_joints(g_, *tree_, place_of(*tree_, at));
+    body_.pose.position += share * move_;
+    body_.pose.rotation = glm::normalize(from_rotation_vector(share * turn_) * body_.pose.rotation);
+  }
+  void move_back() {
+    if (tree_) return turn_back(g_, *tree_);
+    body_.pose = kept_;
+  }
+
+ private:
+  const Group& g_;
+  GroupBody& body_;
+  Pose kept_;
+  GroupTree* tree_ = nullptr;
+  Vec3 move_{0}, turn_{0};
+};
+
+Real excess_of(const GroupTie& t) { return glm::length(t.apart) - t.length; }
+
+/// Moves the bodies that a cable connects, in proportion to their responses, until it is as long as
+/// it may be. Returns whether that shortened it.
+bool shorten(const Group& g, GroupTie& t, const GroupPart& part) {
+  const Real excess = excess_of(t);
+  const Vec3 impulse = excess / t.along * glm::normalize(t.apart);
+  Pulled a(g, t.a), b(g, t.b);
+  const bool same = a.tree() && a.tree() == b.tree();
+  a.pull(impulse, t.arm_a), b.pull(-impulse, t.arm_b);
+  Real most = a.respond();
+  if (!same) most = std::max(most, b.respond());
+  // The response is linearised: limit the largest rotation, and halve it while the gap widens.
+  Real share = kFarthestTurn / std::max(kFarthestTurn, most);
+  for (const Real least = kSmallestShare * share; share > least; share *= 0.5) {
+    a.move_by(share, part.begin);
+    if (!same) b.move_by(share, part.begin);
+    place_tie(g, t);
+    if (std::abs(excess_of(t)) < excess) return true;
+    a.move_back();
+    if (!same) b.move_back();
+    place_tie(g, t);
+  }
+  return false;
+}
+
+}  // namespace
+
+bool shorten_cables(const Group& g, const GroupPart& part) {
+  bool moved = false;
+  for (GroupTie& t : g.ties) {
+    // Closed loops would be opened.
+    if (!is_inextensible(t) || g.bodies[t.a].looped != kNoNode || g.bodies[t.b].looped != kNoNode)
+      continue;
+    place_tie(g, t);
+    if (!(excess_of(t) > kTooLong * t.length)) continue;
+    prepare_tie(g, t, part.whole);
+    moved = (t.along > 0 && shorten(g, t, part)) || moved;
   }
   return moved;
 }

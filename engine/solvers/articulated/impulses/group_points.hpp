@@ -97,6 +97,8 @@ Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, Order order);
 void prepare_closed(const Group& g, const GroupPart& part, Real h);
 /// After it, where no impulses follow: the velocities before.
 void restore_velocities(const Group& g);
+/// Shortens inextensible cables that are too long, by moving bodies; leaves the group prepared.
+void shorten_all(const Group& g, const GroupPart& part, Real h);
 /// Prepares trees, ties and contacts at the current poses.
 void prepare_group(const Group& g, const Substep& s);
 /// Keeps contacts active that have an impulse or no gap at the current poses.

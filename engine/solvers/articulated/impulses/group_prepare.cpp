@@ -2,12 +2,15 @@
 #include <algorithm>
 
 #include "engine/solvers/articulated/impulses/group_points.hpp"
+#include "engine/solvers/articulated/impulses/group_ties.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
 
 /// Newton iterations that close loops, of few ties and of many.
 constexpr int kClosingRounds = 16, kClosingRoundsOfMany = 4;
+/// Rounds in which cables that are too long are shortened.
+constexpr int kShorteningRounds = 8;
 constexpr std::size_t kManyTies = 24;
 /// Multiples of GroupLoops::open: many ties with wider gaps are given as many rounds as few.
 constexpr Real kWideOpen = 50;
@@ -55,10 +58,19 @@ void prepare_closed(const Group& g, const GroupPart& part, Real h) {
   prepare_loops(g);
 }
 
+void shorten_all(const Group& g, const GroupPart& part, Real h) {
+  for (int round = 0; round < kShorteningRounds && shorten_cables(g, part); ++round) {
+    restore_velocities(g);
+    centre_bodies(g);
+    prepare_closed(g, part, h);
+  }
+}
+
 void prepare_group(const Group& g, const Substep& s) {
   const GroupPart& part = s.part;
   centre_bodies(g);
   prepare_closed(g, part, part.h);
+  shorten_all(g, part, part.h);
   Real sudden = kSuddenSpeed;
   for (const GroupBody& b : g.bodies) sudden = std::max(sudden, glm::length(b.velocity));
   for (GroupTie& t : g.ties)

@@ -13,6 +13,7 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/articulated/impulses/group_points.hpp"
+#include "engine/solvers/articulated/impulses/group_ties.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/articulated/procedural/push_out.hpp"
 #include "engine/solvers/budget.hpp"
@@ -45,7 +46,7 @@ constexpr Real kLeftOpen = 1e-3;
 /// m/s: tolerances of sweeps over trees, for the change of a contact's speed.
 constexpr Real kEnoughAtImpact = 0.06, kEnoughAtFewPoints = 3e-3;
 constexpr int kSweepsInHaste = 2, kImpactSweepsOfTrees = 6, kSweepsOfFewPoints = 24,
-              kBlowSweepsOfTrees = 400;
+              kBlowSweepsOfTrees = 400, kSweepsOnCables = 50;
 /// s: in shorter substeps the tolerance falls with the cube of their length, to keep symmetry.
 constexpr Real kSubstepOfFewPoints = 1 / 470.0;
 /// A contact with an impulse above kBlow times the previous one is an impact. A load moves no
@@ -112,17 +113,20 @@ bool has_friction(const Group& g) {
                      [](const GroupContact& c) { return c.works && c.friction > 0; });
 }
 
+/// Whether the group consists of free bodies on inextensible cables.
+bool is_tied(const Group& g) { return g.trees.empty() && has_cables(g); }
+
 /// Decides when sweeps over a group end.
 class Ending {
  public:
   Ending(const Group& g, const Substep& s) : is_alone_(s.alone) {
     may_exchange_ = s.hard && has_friction(g);
     const Real speed = 1 + glm::length(g.bodies.front().velocity);
-    enough_ = s.strikes            ? kEnoughOfFew * speed
-              : s.few_points       ? s.enough
-              : !s.hard            ? kEnoughAtImpact
-              : g.rollings.empty() ? s.enough
-                                   : kEnoughOfRolling * speed;
+    enough_ = s.strikes || (is_tied(g) && !s.in_haste) ? kEnoughOfFew * speed
+              : s.few_points                           ? s.enough
+              : !s.hard                                ? kEnoughAtImpact
+              : g.rollings.empty()                     ? s.enough
+                                                       : kEnoughOfRolling * speed;
     exchange_ = kExchange * speed;
   }
   /// After a sweep that changed speeds by `most`, m/s.
@@ -204,6 +208,9 @@ void take_hard_substep(const Group& g, const Substep& s, Order order) {
   for (GroupBody& b : g.bodies) b.jammed = b.jammed || b.per_mass > 0;
 }
 
+/// Whether impulses may only remove energy, which truncated sweeps have to respect.
+bool is_bounded(const Group& g) { return (!g.trees.empty() || has_cables(g)) && is_left_alone(g); }
+
 /// Whether free bodies collide at few enough points for one solve: a row of balls, a rack.
 bool is_blow(const Group& g, const Substep& s) {
   if (!g.trees.empty() || !g.ties.empty()) return false;
@@ -248,7 +255,9 @@ void take_substep(const Group& g, const Substep& s, Order order) {
       b.before = b.velocity, b.touched = false;
       slow_down(b, s.h), accelerate(b, s.h);
     }
-  const bool is_bound = !g.trees.empty() && is_left_alone(g);
+  const bool on_cables = has_cables(g);
+  if (on_cables) begin_cables(g, s.h);
+  const bool is_bound = is_bounded(g);
   if (is_bound && collided) settle_trees(g);
   const Real energy = is_bound ? kinetic_energy(g) : 0;
   if (is_bound) remember_free(g);
@@ -258,11 +267,13 @@ void take_substep(const Group& g, const Substep& s, Order order) {
                      : s.in_haste                      ? kSweepsInHaste
                      : s.strikes                       ? kBlowSweepsOfTrees
                      : s.few_points                    ? s.most_sweeps
+                     : on_cables                       ? kSweepsOnCables
                                                        : kImpactSweepsOfTrees;
   for (int n = 0; n < sweeps; ++n)
     if (solved.is_reached(sweep_group(g, s, Sweep::solves, turned(order, n)))) break;
+  if (on_cables) touch_by_impulses(g);
   for (const GroupContact& c : g.contacts)
-    if (c.impulse.x > 0) g.a(c).touched = g.b(c).touched = true;
+    if (c.impulse.x > 0 && !on_cables) g.a(c).touched = g.b(c).touched = true;
   settle_trees(g);
   bound_drives(g, s.h);
   for (GroupBody& b : g.bodies)
@@ -271,8 +282,9 @@ void take_substep(const Group& g, const Substep& s, Order order) {
     if (b.node == kNoNode)
       move(b, b.touched || b.per_mass == 0 ? b.velocity : 0.5 * (b.before + b.velocity), s.h);
   move_trees(g, s.part);
+  follow_cables(g);
   Ending relaxed(g, s);
-  for (int n = 0; n < (s.few_points ? sweeps : 1); ++n)
+  for (int n = 0; n < (s.few_points || is_tied(g) ? sweeps : 1); ++n)
     if (relaxed.is_reached(sweep_group(g, s, Sweep::relaxes, turned(order, n + 1)))) break;
   settle_trees(g);
   if (is_bound) keep_energy(g, s, energy);
@@ -390,7 +402,7 @@ void step_group(const Group& g, Real h, Pace& pace) {
     c.before = c.impulse.x;
     if (s.hard) c.rest = 0;  // the offset of a heap's springs does not apply without springs
   }
-  const bool is_bound = !g.trees.empty() && is_left_alone(g);
+  const bool is_bound = is_bounded(g);
   const Real energy = energy_of_bodies(g);
   for (GroupBody& b : g.bodies) b.from = b.pose.position;
   const Rest rest = rest_group(g, {h, 0, 1, h});
@@ -417,6 +429,12 @@ void step_group(const Group& g, Real h, Pace& pace) {
   }
   if (!s.hard) take_up(g, s, rests || swings ? kForGood : h);
   const GroupPart end{0, 1, 1, h};
+  if (has_cables(g)) {
+    centre_bodies(g);
+    prepare_closed(g, end, s.h);
+    shorten_all(g, end, s.h);
+    restore_velocities(g);
+  }
   if (!g.loops.empty()) {
     for (GroupLoops& l : g.loops) l.open *= kLeftOpen;
     prepare_closed(g, end, s.h);
@@ -429,7 +447,7 @@ void step_group(const Group& g, Real h, Pace& pace) {
     settle_trees(g);
     release_trees(g, end);
   }
-  if (is_bound && is_bouncing(g))
+  if (is_bound && (is_bouncing(g) || has_cables(g)))
     slow_bodies(g, energy_of_bodies(g),
                 energy + work_of_external_forces(g) + work_of_surfaces(g, &GroupContact::passed));
   finish_group(g);
