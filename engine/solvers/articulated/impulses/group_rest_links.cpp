@@ -7,6 +7,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/impulses/group_resting.hpp"
+#include "engine/solvers/articulated/impulses/group_ties.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
