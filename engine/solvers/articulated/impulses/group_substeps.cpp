@@ -13,8 +13,9 @@ namespace {
 /// substeps.
 constexpr Real kLongestSubstep = 1.0 / 470, kLongestTreeSubstep = 1.0 / 235,
                kLongestHardSubstep = 1.0 / 235;
-/// m/s: towers beside trees need the shorter ones while they are slower.
-constexpr Real kStackSpeed = 0.2;
+/// m/s: towers beside trees need the shorter ones while they are slower. A body in a tower bears
+/// this many times its weight.
+constexpr Real kPileSpeed = 0.2, kPile = 4;
 /// Bounds on substeps of a step. Trees at few points, whose motion converges with the step, take at
 /// least three: so substeps shrink in proportion to steps below 1/60 s.
 constexpr int kLeastTreeSubsteps = 2, kLeastAtFewPoints = 3, kMostSubsteps = 32,
@@ -107,16 +108,26 @@ int substeps_of_free(const Group& g, Real h) {
   return std::clamp(static_cast<int>(std::ceil(least)), 1, kMostRimSubsteps);
 }
 
-/// Whether slow bodies without joints lie on one another: a tower beside trees.
-bool has_stacks(const Group& g) {
+/// Whether a slow body without joints bears a pile of such bodies: a tower beside trees. Between
+/// steps impulses are forces.
+bool has_towers(const Group& g) {
   const auto is_stacked = [&](const GroupBody& b) {
     const bool joined = b.node != kNoNode && g.trees[g.nodes[b.node].tree].count > 1;
-    return b.per_mass > 0 && !joined &&
-           glm::dot(b.velocity, b.velocity) < kStackSpeed * kStackSpeed;
+    return b.per_mass > 0 && !joined && glm::dot(b.velocity, b.velocity) < kPileSpeed * kPileSpeed;
   };
-  return std::any_of(g.contacts.begin(), g.contacts.end(), [&](const GroupContact& c) {
-    return c.impulse.x > 0 && is_stacked(g.a(c)) && is_stacked(g.b(c));
-  });
+  const auto weight_of = [](const GroupBody& b) {
+    return glm::length(b.acceleration) / b.per_mass;
+  };
+  for (std::size_t from = 0, to = 0; from < g.contacts.size(); from = to) {
+    const GroupBody &a = g.a(g.contacts[from]), &b = g.b(g.contacts[from]);
+    Real load = 0;
+    for (to = from; to < g.contacts.size() && have_same_bodies(g.contacts[to], g.contacts[from]);
+         ++to)
+      load += g.contacts[to].impulse.x;
+    if (!is_stacked(a) || !is_stacked(b)) continue;
+    if (load > kPile * std::max(weight_of(a), weight_of(b))) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -129,7 +140,7 @@ int substeps_of(const Group& g, Real h) {
       fastest = std::max(fastest, glm::length(b.looped == kNoNode ? b.spin : turning_of(b)));
   const Real least =
       std::max({Real(has_few_points(g, kStepOfFewPoints) ? kLeastAtFewPoints : kLeastTreeSubsteps),
-                h / (has_stacks(g) ? kLongestSubstep : kLongestTreeSubstep),
+                h / (has_towers(g) ? kLongestSubstep : kLongestTreeSubstep),
                 h * std::min(fastest, Real(1e9)) / kLargestTurn, h * sliding_rate(g)});
   return static_cast<int>(std::ceil(std::min(least, Real(kMostSubsteps))));
 }
