@@ -30,7 +30,7 @@ class Stages {
   }
 
   World world;
-  articulated::Island& articulation() { return articulated::islands_of(world).front(); }
+  articulated::Island& articulation() { return articulated::islands_of(world)[0]; }
   articulated::IslandView packed() { return articulated::view_of(world, articulation()); }
 
   void levers() { k_.levers(packed(), articulated::kPosition, articulated::kRotation); }
