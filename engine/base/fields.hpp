@@ -29,7 +29,6 @@
 
 #include "engine/base/hash.hpp"
 #include "engine/base/math.hpp"
-#include "engine/base/stable_vector.hpp"
 
 namespace pantin::detail {
 
@@ -129,8 +128,6 @@ template <class T>
 inline constexpr bool kIsVector = false;
 template <class T>
 inline constexpr bool kIsVector<std::vector<T>> = true;
-template <class T>
-inline constexpr bool kIsVector<StableVector<T>> = true;
 template <class T>
 inline constexpr bool kIsOptional = false;
 template <class T>

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/fields.hpp"
+
 namespace pantin::detail {
 
 template <class T>
@@ -69,5 +71,9 @@ class StableVector {
  private:
   std::vector<Box> boxes_;
 };
+
+/// It is saved and hashed like a vector.
+template <class T>
+inline constexpr bool fields::kIsVector<StableVector<T>> = true;
 
 }  // namespace pantin::detail

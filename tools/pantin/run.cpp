@@ -49,15 +49,13 @@ struct Summary {
   double worst_residual = 0;                                // m, of pins and cables
   int most_sweeps = 0;
   double worst_violation = 0, worst_depth = 0;  // rad, m
-  int contacts_now = 0, stops_now = 0;
-  int most_contacts = 0, most_stops = 0, most_capped = 0;
+  int contacts_now = 0, stops_now = 0, most_contacts = 0, most_stops = 0, most_capped = 0;
   double acceleration2 = 0;  // sum over the last second, (m/s^2)^2, of mass centres
   std::uint64_t still_samples = 0;
   std::vector<Vec3> velocities;       // of the previous step
   double energy_removed = 0;          // J, by the energy limiter
   std::uint64_t shortened_steps = 0;  // for the budget
-  int left_out = 0;                   // islands that took no step, at most
-  int hurried = 0;                    // islands whose impacts were not followed, at most
+  int left_out = 0, hurried = 0;      // islands that took no step, or followed no impacts, at most
   double given_up = 0;                // at most, of the substeps of a group
   std::uint64_t limited_steps = 0, rescued_steps = 0, allocations = 0, timed_steps = 0;
   std::vector<double> step_seconds;
@@ -267,14 +265,9 @@ void print_summary(const RunChoices& c, const Scene& scene, const Simulation& si
   if (s.shortened_steps > 0)
     fmt::print("  budget      substeps were left out in {} steps, at most {:.0f} % of a group's\n",
                s.shortened_steps, 100 * s.given_up);
-  if (s.hurried > 0)
-    fmt::print(
-        "  budget      impacts of up to {} islands at once were not followed within a step\n",
-        s.hurried);
-  if (s.left_out > 0)
-    fmt::print(
-        "  budget      up to {} islands at once were left out of a step, and took longer ones\n",
-        s.left_out);
+  if (s.left_out + s.hurried > 0)
+    fmt::print("  budget      up to {} islands at once took longer steps, {} followed no impacts\n",
+               s.left_out, s.hurried);
   if (s.limited_steps > 0)
     fmt::print("  limited     {:.6g} J of energy were removed, in {} steps\n", s.energy_removed,
                s.limited_steps);

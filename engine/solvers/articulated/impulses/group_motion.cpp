@@ -3,6 +3,7 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
+#include "engine/solvers/articulated/impulses/group_resting.hpp"
 #include "engine/solvers/articulated/impulses/group_ties.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
@@ -180,25 +181,6 @@ void set_goals(const Group& g, GroupTree& t, const GroupPart& part) {
     n.turned = turned(b, n, part.h);
     if (n.free_root) b.pose.position = n.goal;
     t.touched = t.touched || b.touched;
-  }
-}
-
-/// Translates a tree so that the bodies that bear it move as their contacts ask for, in the mean:
-/// swinging arms would push them into the ground, or aside.
-void keep_standing(const Group& g, const GroupTree& t) {
-  Vec3 mean(0);
-  Real sum = 0;
-  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
-    GroupNode& n = g.nodes[i];
-    const Real pressed = g.resting[n.body].pressed;
-    n.missed_by = g.bodies[n.body].pose.position - n.goal;
-    mean += pressed * n.missed_by, sum += pressed;
-  }
-  PANTIN_ASSERT(sum > 0);
-  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
-    GroupNode& n = g.nodes[i];
-    n.missed_by -= mean / sum;
-    g.bodies[n.body].pose.position -= mean / sum;
   }
 }
 

@@ -304,6 +304,23 @@ void push_trees(const Group& g) {
 
 }  // namespace
 
+void keep_standing(const Group& g, const GroupTree& t) {
+  Vec3 mean(0);
+  Real sum = 0;
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+    GroupNode& n = g.nodes[i];
+    const Real pressed = g.resting[n.body].pressed;
+    n.missed_by = g.bodies[n.body].pose.position - n.goal;
+    mean += pressed * n.missed_by, sum += pressed;
+  }
+  PANTIN_ASSERT(sum > 0);
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+    GroupNode& n = g.nodes[i];
+    n.missed_by -= mean / sum;
+    g.bodies[n.body].pose.position -= mean / sum;
+  }
+}
+
 void move_resting_trees(const Group& g, const GroupPart& part) {
   if (g.nodes.empty()) return;
   prepare_trees(g, part);

@@ -61,4 +61,8 @@ void set_rest_impulses(const Group& g);
 /// Moves trees by the impulses that were found, through their joints.
 void move_resting_trees(const Group& g, const GroupPart& part);
 
+/// Translates a tree so that the bodies that bear it move as their contacts ask for, in the mean:
+/// swinging arms would push them into the ground, or aside.
+void keep_standing(const Group& g, const GroupTree& t);
+
 }  // namespace pantin::detail::articulated
