@@ -147,6 +147,7 @@ bool slides_past(const SweptSearch& s, MovingPair m) {
 /// Skins have a point at each place where they are closest. Of two that have none at the start of
 /// the step, finds those of the first pose on the way at which they would overlap.
 void look_ahead(const SweptSearch& s, const MovingPair& m, Real way) {
+  if (!(way > 0)) return;  // the size of a plane is 0, too
   const int looks = static_cast<int>(std::min(way / (kLook * m.size), Real(kMostLooks)));
   Search& search = m.search;
   for (int look = 1; look <= looks && search.points.empty(); ++look) {
