@@ -66,10 +66,8 @@ class Moving {
   }
   const Shape& shape() const { return *at_.shape; }
   Vec3 velocity() const { return velocity_; }
-  /// Bound on the speed that its rotation gives to its points, m/s. Planes have no end, but rest.
-  Real fastest_by_turning() const {
-    return spin_ == Vec3(0) ? Real(0) : at_.extent * glm::length(spin_);
-  }
+  /// rad/s
+  Real turning() const { return glm::length(spin_); }
 
  private:
   const ColliderShape& at_;
@@ -94,10 +92,10 @@ struct MovingPair {
   Real closing(const ContactPoint& p, Real t) const {
     return -glm::dot(p.normal, a.speed_at(p.on_a, t) - b.speed_at(p.on_b, t));
   }
-  /// Bound on the relative speed of their points, m/s.
-  Real fastest() const {
-    return glm::length(a.velocity() - b.velocity()) + a.fastest_by_turning() +
-           b.fastest_by_turning();
+  /// Bound on the relative speed of their points, m/s, given their extents.
+  Real fastest(Real extent_a, Real extent_b) const {
+    return glm::length(a.velocity() - b.velocity()) + extent_a * a.turning() +
+           extent_b * b.turning();
   }
   void find_at(Real time) {
     search.points.clear();
@@ -147,7 +145,6 @@ bool slides_past(const SweptSearch& s, MovingPair m) {
 /// Skins have a point at each place where they are closest. Of two that have none at the start of
 /// the step, finds those of the first pose on the way at which they would overlap.
 void look_ahead(const SweptSearch& s, const MovingPair& m, Real way) {
-  if (!(way > 0)) return;  // the size of a plane is 0, too
   const int looks = static_cast<int>(std::min(way / (kLook * m.size), Real(kMostLooks)));
   Search& search = m.search;
   for (int look = 1; look <= looks && search.points.empty(); ++look) {
@@ -168,9 +165,10 @@ void advance_to_impact(const SweptSearch& s, Search& search, const ColliderShape
   if (!(s.h > 0)) return;
   PANTIN_ASSERT(on_a.slot != on_b.slot);
   const Real size = std::min(on_a.extent, on_b.extent);
-  if (points.empty() && (is_skin(*on_a.shape) || is_skin(*on_b.shape))) {
+  // A plane has no size: what comes within reach of it has a point at the start.
+  if (points.empty() && size > 0 && (is_skin(*on_a.shape) || is_skin(*on_b.shape))) {
     const MovingPair m{Moving(s, on_a), Moving(s, on_b), size, 0, search};
-    look_ahead(s, m, s.h * m.fastest());
+    look_ahead(s, m, s.h * m.fastest(on_a.extent, on_b.extent));
   }
   if (points.empty() || !is_convex(*on_a.shape) || !is_convex(*on_b.shape)) return;
   const Real reach = s.reach_between(search, on_a.slot, on_b.slot, s.reach_of(on_a.slot));

@@ -1,37 +1,23 @@
 // Towers, walls and crossed layers of free bodies: they stand, bear their weight, and fall asleep.
 #include <catch2/catch.hpp>
 
-#include "engine/contact/memory.hpp"
 #include "engine/pantin/shapes.hpp"
-#include "tests/solvers/solids.hpp"
+#include "tests/solvers/standing.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
 
 namespace {
 
-Collision rough(Real friction = 0.5) {
-  Collision c;
-  c.friction = friction, c.others = true;
-  return c;
-}
-
-/// What stands, and by how much of its smallest size it may move.
-struct Standing {
-  World world;
-  std::vector<Entity> blocks;
-  Real size = 1;  // m
-
-  explicit Standing(Real smallest) : size(smallest) { add_ground(world, rough()); }
-  void add(Vec3 at, Vec3 half, Real density = 1000, Quat turn = kIdentity) {
-    blocks.push_back(
-        add_solid(world, box_shape(half), {at, turn}, Motion::dynamic, rough(), density));
-  }
+/// A structure, and by how much of its smallest size it may move.
+struct Structure : Standing {
+  Real size;  // m
+  explicit Structure(Real smallest) : size(smallest) {}
 };
 
 /// `count` blocks one on another; each other one `askew` to either side, the top one heavier.
-Standing tower(int count, Vec3 half, Real askew = 0, Real heavier = 1) {
-  Standing s(2 * half.y);
+Structure tower(int count, Vec3 half, Real askew = 0, Real heavier = 1) {
+  Structure s(2 * half.y);
   for (int i = 0; i < count; ++i)
     s.add({i % 2 ? askew : -askew, (2 * i + 1) * half.y, 0}, half,
           i + 1 == count ? 1000 * heavier : 1000);
@@ -39,9 +25,9 @@ Standing tower(int count, Vec3 half, Real askew = 0, Real heavier = 1) {
 }
 
 /// Layers of three bars, each across the one below.
-Standing crossed(int layers) {
+Structure crossed(int layers) {
   const Vec3 half{0.0375, 0.0225, 0.1125};
-  Standing s(2 * half.y);
+  Structure s(2 * half.y);
   const Quat across = from_rotation_vector({0, kPi / 2, 0});
   for (int i = 0; i < layers; ++i)
     for (int k = -1; k <= 1; ++k) {
@@ -53,9 +39,9 @@ Standing crossed(int layers) {
 }
 
 /// Bricks in running bond.
-Standing wall(int courses, int bricks) {
+Structure wall(int courses, int bricks) {
   const Vec3 half{0.12, 0.035, 0.055};
-  Standing s(2 * half.y);
+  Structure s(2 * half.y);
   for (int i = 0; i < courses; ++i)
     for (int k = 0; k < bricks; ++k)
       s.add({2 * half.x * k + (i % 2 ? half.x : 0), (2 * i + 1) * half.y, 0}, half, 1800);
@@ -63,8 +49,8 @@ Standing wall(int courses, int bricks) {
 }
 
 /// Half a circle of wedges of radius 1 m, of which friction alone bears the steep ones.
-Standing arch(int stones) {
-  Standing s(0.3);
+Structure arch(int stones) {
+  Structure s(0.3);
   for (int i = 0; i < stones; ++i) {
     std::vector<Vec3> corners;
     for (const Real radius : {0.85, 1.15})
@@ -80,11 +66,11 @@ Standing arch(int stones) {
 }
 
 /// Cards of 9 cm that lean on one another by 15 degrees, floor upon floor.
-Standing house_of_cards(int floors) {
+Structure house_of_cards(int floors) {
   const Real length = 0.09, thick = 0.002, lean = kPi / 12;
   const Real high = length * std::cos(lean) + thick * std::sin(lean),
              wide = 2 * (length * std::sin(lean) + thick * std::cos(lean));
-  Standing s(thick);
+  Structure s(thick);
   for (int floor = 0; floor < floors; ++floor) {
     const int pairs = floors - floor;
     const Real low = floor * (high + thick), left = -0.5 * (pairs - 1) * wide;
@@ -96,15 +82,6 @@ Standing house_of_cards(int floors) {
       s.add({left + (k + 0.5) * wide, low + high + thick / 2, 0}, {wide / 2, thick / 2, 0.03}, 700);
   }
   return s;
-}
-
-/// N, of all contacts of the ground.
-Real borne_by_ground(const World& w) {
-  Real sum = 0;
-  each_contact(w, [&](const Contact& c) {
-    if (w.bodies.values()[c.slot_b].motion == Motion::fixed) sum += c.force.y;
-  });
-  return sum;
 }
 
 }  // namespace
@@ -123,29 +100,14 @@ TEST_CASE("towers and walls stand where they were built and sleep within a secon
              std::pair("arch", arch(15)),
              std::pair("cards", house_of_cards(3)),
          }) {
-      Simulation sim = Simulation::copy_of(standing.world, {h});
-      const World start = sim.world;
-      Real weight = 0, borne = 0;
-      for (const Entity e : standing.blocks) weight += 9.81 * start.bodies[e].mass;
       INFO(name << " at " << h);
-      for (int i = 0; i < std::lround(1 / h); ++i) {
-        REQUIRE(sim.step().status == Status::ok);
-        if (i < 4 || is_asleep(sim.world, standing.blocks.front())) continue;
-        borne = borne_by_ground(sim.world);
-        CHECK(borne == Approx(weight).epsilon(1e-4));
-      }
-      CHECK(borne > 0);
-      for (const Entity e : standing.blocks) {
-        REQUIRE(is_asleep(sim.world, e));
-        const Pose &now = sim.world.bodies[e].pose, &was = start.bodies[e].pose;
-        REQUIRE(glm::distance(now.position, was.position) < 1e-3 * standing.size);
-      }
+      standing.stays(h, 1, 1e-3 * standing.size);
     }
 }
 
 TEST_CASE("what falls a little comes to rest on what stands, and stays there") {
   for (const Real h : {1.0 / 60, 1.0 / 240}) {
-    Standing s(0.2);
+    Structure s(0.2);
     for (int i = 0; i < 10; ++i)
       s.add({i % 2 ? 1e-3 : -1e-3, 0.1 + 0.201 * i, 0}, Vec3(0.1), 1000,
             from_rotation_vector({0, 0.05 * i, 0}));
@@ -162,7 +124,7 @@ TEST_CASE("what falls a little comes to rest on what stands, and stays there") {
 }
 
 TEST_CASE("what leans beyond its base falls, and what is on too steep a slope slides") {
-  Standing leaning(0.2);
+  Structure leaning(0.2);
   for (int i = 0; i < 6; ++i) leaning.add({0.05 * i, 0.1 + 0.2 * i, 0}, Vec3(0.1));
   Simulation falls = Simulation::copy_of(leaning.world, {1.0 / 60});
   for (int i = 0; i < 120; ++i) falls.step();

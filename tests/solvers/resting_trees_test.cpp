@@ -1,11 +1,10 @@
 // Towers and frames with joints and cables: they stand, bear their weight, and fall asleep.
 #include <catch2/catch.hpp>
 
-#include "engine/contact/memory.hpp"
 #include "engine/pantin/measure.hpp"
 #include "engine/world/ties.hpp"
 #include "tests/solvers/exact.hpp"
-#include "tests/solvers/solids.hpp"
+#include "tests/solvers/standing.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
@@ -14,45 +13,25 @@ namespace {
 
 constexpr Real kWeight = 9.81;
 
-Collision rough(Real friction = 0.6) {
-  Collision c;
-  c.friction = friction, c.others = true;
-  return c;
-}
-
-/// What stands on the ground.
-struct Standing {
-  World world;
-  Entity ground;
-  std::vector<Entity> blocks;
-
-  Standing() { ground = add_ground(world, rough()); }
-  Entity add(Vec3 at, Vec3 half, Real density = 300, Quat turn = kIdentity) {
-    blocks.push_back(
-        add_solid(world, box_shape(half), {at, turn}, Motion::dynamic, rough(), density));
-    return blocks.back();
-  }
+/// With light bodies, some of them joined.
+struct Frame : Standing {
+  Frame() : Standing(0.6) {}
+  Entity add(Vec3 at, Vec3 half, Real density = 300) { return Standing::add(at, half, density); }
   void join(Entity a, Entity b, JointKind kind, Vec3 at) {
     add_link(world, {a, b, joint_at(world, a, b, kind, at, frame_along({0, 0, 1}))});
-  }
-  /// kg
-  Real mass() const {
-    Real sum = 0;
-    for (const Entity e : blocks) sum += world.bodies[e].mass;
-    return sum;
   }
 };
 
 /// Boxes of 0.3 m one on another, or `gap` above it.
-Standing tower(int count, Real gap = 0) {
-  Standing s;
+Frame tower(int count, Real gap = 0) {
+  Frame s;
   for (int i = 0; i < count; ++i) s.add({0, 0.15 + gap + (0.3 + gap) * i, 0}, Vec3(0.15));
   return s;
 }
 
 /// With a pole of 50 g on the top box.
-Standing flag(int count, Real gap = 0) {
-  Standing s = tower(count, gap);
+Frame flag(int count, Real gap = 0) {
+  Frame s = tower(count, gap);
   const Real top = (0.3 + gap) * count;
   const Entity pole = s.add({0, top + 0.15, 0}, {0.01, 0.15, 0.01});
   s.world.bodies[pole].mass = 0.05;
@@ -61,16 +40,16 @@ Standing flag(int count, Real gap = 0) {
 }
 
 /// With cables between neighbours that are never taut.
-Standing loosely_tied(int count) {
-  Standing s = tower(count);
+Frame loosely_tied(int count) {
+  Frame s = tower(count);
   for (std::size_t i = 1; i < s.blocks.size(); ++i)
     add_cable(s.world, {s.blocks[i - 1], s.blocks[i], {Vec3(0), Vec3(0), 0.35, 0}});
   return s;
 }
 
 /// Layers of two boxes joined by `kind`, each layer across the one below.
-Standing pairs(int layers, JointKind kind) {
-  Standing s;
+Frame pairs(int layers, JointKind kind) {
+  Frame s;
   for (int i = 0; i < layers; ++i) {
     const Vec3 aside = i % 2 ? Vec3(0, 0, 0.15) : Vec3(0.15, 0, 0), at(0, 0.15 + 0.3 * i, 0);
     const Entity a = s.add(at - aside, Vec3(0.15)), b = s.add(at + aside, Vec3(0.15));
@@ -80,8 +59,8 @@ Standing pairs(int layers, JointKind kind) {
 }
 
 /// A table of 5 kg, top and legs joined, under a load.
-Standing table(Real load) {
-  Standing s;
+Frame table(Real load) {
+  Frame s;
   const Entity top = s.add({0, 0.55, 0}, {0.5, 0.05, 0.5});
   s.world.bodies[top].mass = 1;
   for (const Real x : {-0.45, 0.45})
@@ -94,15 +73,6 @@ Standing table(Real load) {
   s.world.bodies[box].inertia *= load / s.world.bodies[box].mass;
   s.world.bodies[box].mass = load;
   return s;
-}
-
-/// N, of all contacts of the ground.
-Real borne_by_ground(const World& w) {
-  Real sum = 0;
-  each_contact(w, [&](const Contact& c) {
-    if (w.bodies.values()[c.slot_b].motion == Motion::fixed) sum += c.force.y;
-  });
-  return sum;
 }
 
 Real farthest_moved(const World& now, const World& start, const std::vector<Entity>& blocks) {
@@ -126,26 +96,14 @@ TEST_CASE("towers and frames with joints and slack cables stand still, bear and 
              std::pair("table under 20 times its weight", table(100)),
              std::pair("table under 2,000 times its weight", table(10000)),
          }) {
-      Simulation sim = Simulation::copy_of(standing.world, {h});
-      const World start = sim.world;
-      const Real weight = kWeight * standing.mass();
-      Real borne = 0;
       INFO(name << " at " << h);
-      for (int i = 0; i < std::lround(2 / h); ++i) {
-        REQUIRE(sim.step().status == Status::ok);
-        if (i < 4 || is_asleep(sim.world, standing.blocks.front())) continue;
-        borne = borne_by_ground(sim.world);
-        CHECK(borne == Approx(weight).epsilon(1e-4));
-      }
-      CHECK(borne > 0);
-      CHECK(farthest_moved(sim.world, start, standing.blocks) < 1e-4);
-      for (const Entity e : standing.blocks) REQUIRE(is_asleep(sim.world, e));
+      standing.stays(h, 2, 1e-4);
     }
 }
 
 TEST_CASE("a tower with a pole that falls a little comes to rest and stays there") {
   for (const Real h : {1.0 / 30, 1.0 / 60, 1.0 / 240}) {
-    const Standing s = flag(10, 1e-3);
+    const Frame s = flag(10, 1e-3);
     Simulation sim = Simulation::copy_of(s.world, {h});
     for (int i = 0; i < std::lround(4 / h); ++i) REQUIRE(sim.step().status == Status::ok);
     INFO("step " << h);
@@ -160,7 +118,7 @@ TEST_CASE("a tower with a pole that falls a little comes to rest and stays there
 
 TEST_CASE("a tower stands under a pendulum that swings from it") {
   for (const Real h : {1.0 / 30, 1.0 / 60, 1.0 / 240}) {
-    Standing s = tower(10);
+    Frame s = tower(10);
     const std::vector<Entity> boxes = s.blocks;
     const Entity bob = s.add({0.3, 2.85, 0}, Vec3(0.05), 500);
     s.join(boxes.back(), bob, JointKind::ball, {0.2, 2.95, 0});
@@ -186,7 +144,7 @@ TEST_CASE("a tower stands under a pendulum that swings from it") {
 
 TEST_CASE("a flap on its limit bears a load with the torque of statics") {
   for (const Real h : {1.0 / 30, 1.0 / 60, 1.0 / 240}) {
-    Standing s;
+    Frame s;
     const Entity flap = s.add({0.5, 1, 0}, {0.5, 0.025, 0.25});
     const Entity box = s.add({0.5, 1.125, 0}, Vec3(0.1), 2500);
     Joint hinge =
@@ -224,7 +182,7 @@ TEST_CASE("a pair of boxes slides where friction cannot hold it, and falls beyon
     CHECK(way.x == Approx(std::max(Real(0), slid)).margin(0.02 * 0.23));
   }
   for (const Real offset : {0.14, 0.16}) {
-    Standing s;
+    Frame s;
     s.add({0, 0.15, 0}, Vec3(0.15), 2000);
     const Entity a = s.add({offset - 0.2, 0.4, 0}, {0.2, 0.1, 0.15});
     const Entity b = s.add({offset + 0.2, 0.4, 0}, {0.2, 0.1, 0.15});
@@ -240,7 +198,7 @@ TEST_CASE("a pair of boxes slides where friction cannot hold it, and falls beyon
 }
 
 TEST_CASE("what sleeps under a slack cable wakes when the cable is shortened") {
-  Standing s = tower(4);
+  Frame s = tower(4);
   const Entity cable =
       add_cable(s.world, {s.ground, s.blocks.back(), {{0, 3, 0}, {0, 0.15, 0}, 2, 0}});
   Simulation sim = Simulation::copy_of(s.world, {1.0 / 60});

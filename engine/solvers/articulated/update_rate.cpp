@@ -20,6 +20,9 @@ constexpr int kMostLeftOut = 3;
 /// several times as long as those between them.
 constexpr Real kRemembered = 0.95;
 
+Clock::duration duration_of(Real seconds) {
+  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<Real>(seconds));
+}
 Real seconds(Clock::time_point from, Clock::time_point to) {
   return std::chrono::duration<Real>(to - from).count();
 }
@@ -100,7 +103,7 @@ void choose_steps(World& world, const StepTask& task) {
   const bool fits = whole + r.others <= time;
   // Else their part of the time is that of their cost.
   const Real own = fits ? time - r.others : time * (whole > 0 ? whole / (whole + r.others) : 1);
-  r.until = r.began + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<Real>(own));
+  r.until = r.began + duration_of(own);
   if (fits) return;
   // At least as many step as lets them take turns, else all that waited would be due in the same
   // step.
@@ -140,8 +143,7 @@ void share_time(World& world, const StepTask& task) {
     a.scratch.hurries_from = Clock::time_point::max();
     if (!task.budget || a.in_crowd || a.in_group || a.step == 0) continue;
     left += all.rates.cost * weight_of(a);
-    a.scratch.hurries_from = all.rates.until - std::chrono::duration_cast<Clock::duration>(
-                                                   std::chrono::duration<Real>(left));
+    a.scratch.hurries_from = all.rates.until - duration_of(left);
   }
 }
 

@@ -22,8 +22,6 @@ constexpr Real kLongestPart = 1.0 / 470;
 constexpr int kMostParts = 16;
 /// Most repetitions of a part, in which motors reach their bounds or leave them.
 constexpr int kRepetitions = 4;
-/// m: nearer points count as touching.
-constexpr Real kTouching = 1e-7;
 
 /// Whether the step of an island can be taken again in parts.
 bool can_repeat(const Island& m) {
@@ -44,7 +42,7 @@ int parts_of_springs(World& world, const ContactGroup& g) {
   if (!springs) return 0;
   place_points(world, g);
   const bool touches = std::any_of(g.points.begin(), g.points.end(), [](const ContactPoint& p) {
-    return p.is_contact() && (p.lasting != Vec3(0) || p.gap <= kTouching);
+    return p.is_contact() && (p.lasting != Vec3(0) || p.gap <= kNearlyShut);
   });
   if (!touches) return 0;
   return std::clamp(static_cast<int>(std::ceil(g.h / kLongestPart - 1e-9)), 1, kMostParts);

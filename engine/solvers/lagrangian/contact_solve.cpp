@@ -19,8 +19,6 @@ constexpr int kSlideIterations = 60;
 constexpr Real kSlideTolerance = 1e-15;
 /// Fraction of the largest response: a direction with less carries no impulse.
 constexpr Real kLeastPivot = 1e-9;
-/// m: bodies that rest on others may separate by this much while all of them fall.
-constexpr Real kNearlyShut = 1e-7;
 /// m: a smaller gap is closed.
 constexpr Real kShut = 1e-12;
 

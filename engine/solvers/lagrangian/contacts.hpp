@@ -7,6 +7,8 @@ namespace pantin::detail::lagrangian {
 
 /// m/s: speed at which initial overlaps are pushed apart.
 inline constexpr Real kPushSpeed = 1;
+/// m: bodies that rest on others may separate by this much while all of them fall.
+inline constexpr Real kNearlyShut = 1e-7;
 
 /// Finishes the step of `h` seconds with the contacts of all islands; writes bodies and contacts.
 void resolve_contacts(World& world, Real h);

@@ -33,6 +33,16 @@ const Dof& dof_of(const World& world, std::uint32_t link, Coordinate which) {
 
 namespace {
 
+/// The motor alone.
+Dof motor_of(const Dof& dof) {
+  Dof motor;
+  motor.motor = dof.motor;
+  return motor;
+}
+bool is_at_bound(const LinearisedForce& motor) {
+  return motor.stiffness == 0 && motor.damping == 0;
+}
+
 /// Slopes of a spring row over a collocation step. A motor at its bound has none; one that leaves
 /// its bound within the step has its slopes there.
 LinearisedForce linearise_over_step(const World& world, const Island& m, const Block& b) {
@@ -40,12 +50,11 @@ LinearisedForce linearise_over_step(const World& world, const Island& m, const B
   const Dof& dof = dof_of(world, b.source, b.coordinate);
   const Real coordinate = m.scratch.c[b.first_row], rate = rate_of(m, b, 0);
   LinearisedForce p = linearise(dof, coordinate, rate, Slope::tangent);
-  Dof motor;
-  motor.motor = dof.motor;
+  Dof motor = motor_of(dof);
   const Real h = m.scratch.collocation.h, end = rate + h * mobility(m, b) * p.force;
   const LinearisedForce now = linearise(motor, coordinate, rate, Slope::tangent);
-  const bool is_bound = now.stiffness == 0 && now.damping == 0;
-  if (!is_bound || linearise(motor, coordinate + h * end, end, Slope::tangent).force == now.force)
+  if (!is_at_bound(now) ||
+      linearise(motor, coordinate + h * end, end, Slope::tangent).force == now.force)
     return p;
   motor.motor.cap = 1e300;
   const LinearisedForce then = linearise(motor, coordinate, rate, Slope::tangent);
@@ -199,12 +208,11 @@ bool hold_motors(const World& world, Island& m) {
   bool changes = false;
   for (const Block& b : m.blocks) {
     if (b.kind != BlockKind::spring) continue;
-    Dof motor;
-    motor.motor = dof_of(world, b.source, b.coordinate).motor;
+    const Dof motor = motor_of(dof_of(world, b.source, b.coordinate));
     if (motor.motor.kind == MotorKind::none) continue;
     const LinearisedForce p =
         linearise(motor, m.scratch.c[b.first_row], rate_of(m, b, 0), Slope::tangent);
-    const bool is_bound = p.stiffness == 0 && p.damping == 0;
+    const bool is_bound = is_at_bound(p);
     Real& held = m.scratch.held[b.first_row];
     changes = changes || is_bound == std::isnan(held);
     held = is_bound ? p.force : std::numeric_limits<Real>::quiet_NaN();

@@ -144,6 +144,8 @@ PartedStep begin_parts(World& world, Island& a, Real h) {
       has_free_tree(a) || has_rows(a) || !a.joints.empty() ? kFreeTurnTolerance : kTurnTolerance;
   begin_joints(world, a);
   s.closes_gaps = begin_closing(world, a, h);
+  s.takes_up = std::any_of(a.scratch.cable_gaps.begin(), a.scratch.cable_gaps.end(),
+                           [](Real gap) { return gap > 0; });
   std::fill(a.scratch.cable_rows.begin(), a.scratch.cable_rows.end(), CableRow::open);
   s.left = s.bent = kParts;
   s.longest = s.part = s.usual = first_part(world, a, h);

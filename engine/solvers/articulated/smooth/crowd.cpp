@@ -288,12 +288,6 @@ void renumber_crowds(Islands& all, const Rebuild& rebuild) {
 
 namespace {
 
-/// Whether a cable that was too long at the start of the step is being taken up.
-bool takes_up(const Island& a) {
-  return std::any_of(a.scratch.cable_gaps.begin(), a.scratch.cable_gaps.end(),
-                     [](Real gap) { return gap > 0; });
-}
-
 /// Whether, after one more round, there would be no time for a substep of each unfinished step and
 /// of those after them.
 bool has_to_hurry(const Islands& all, const StepTask& task) {
@@ -337,7 +331,7 @@ void step_crowds(World& world, const StepTask& task) {
     crowd.going.push_back(static_cast<std::uint32_t>(i));
   bool hurries = false;
   // Lanes have no reels, nor cables that are taken up.
-  const auto alone = [&](std::size_t i) { return takes_up(*crowd.steps[crowd.going[i]].island); };
+  const auto alone = [&](std::size_t i) { return crowd.steps[crowd.going[i]].parts.takes_up; };
   while (!crowd.going.empty()) {
     hurries = hurries || has_to_hurry(all, task);
     if (hurries)

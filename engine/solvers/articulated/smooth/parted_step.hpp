@@ -29,6 +29,7 @@ struct PartedStep {
   int attempt = 1;           // substeps tried, with the next one
   bool follows = false;      // the last step had the same length
   bool closes_gaps = false;  // of pins and loops
+  bool takes_up = false;     // a cable that was too long at the start of the step
   bool yields = false;       // rigid ties are compliant
   bool inner = true;         // no tie led to the world or to another tree
   bool taken = false;        // the last substep was accepted
