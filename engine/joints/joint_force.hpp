@@ -17,6 +17,12 @@ struct LinearisedForce {
 enum class Slope : std::uint8_t { tangent, secant };
 LinearisedForce linearise(const Dof& dof, Real coordinate, Real rate, Slope slope);
 
+/// J: energy of a spring along a coordinate.
+inline Real energy_of(const SpringDamper& spring, Real coordinate) {
+  const Real off = coordinate - spring.rest;
+  return 0.5 * spring.stiffness * off * off;
+}
+
 /// Whether the force saturates: dry friction, or a motor with a cap.
 bool saturates(const Dof& dof);
 

@@ -8,6 +8,7 @@
 #include "engine/solvers/planar/island.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/world/cable_route.hpp"
+#include "engine/world/joint_coordinate.hpp"
 
 namespace pantin {
 
@@ -60,31 +61,16 @@ Real counted_angle(const World& world, std::uint32_t link) {
   return 0;
 }
 
-BodyState state_of(const Body& b) {
-  return {b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), b.velocity,
-          b.angular_velocity};
-}
-
 bool has(JointKind kind, Coordinate which) { return info_of(kind).find(which) != nullptr; }
 
-struct CoordinateAt {
-  Real value = kNoNumber, rate = kNoNumber;
-};
-
 CoordinateAt coordinate(const World& world, Entity joint, Coordinate which) {
-  CoordinateAt at;
   const std::uint32_t slot = world.links.slot(joint);
-  if (slot == kNoSlot) return at;
-  const Link& link = world.links.values()[slot];
-  const Body *on_a = world.bodies.find(link.a), *on_b = world.bodies.find(link.b);
-  if (!on_a || !on_b || !has(link.joint.kind, which)) return at;
-  const BodyState a = state_of(*on_a), b = state_of(*on_b);
+  const Link* link = slot == kNoSlot ? nullptr : &world.links.values()[slot];
+  if (!link || !world.bodies.find(link->a) || !world.bodies.find(link->b) ||
+      !has(link->joint.kind, which))
+    return {kNoNumber, kNoNumber};
   const Real before = which == Coordinate::angle ? counted_angle(world, slot) : 0;
-  Vec3 j[4];
-  write_coordinate({link.joint, a, b, before}, which, {&at.value, j, nullptr});
-  at.rate = glm::dot(j[0], a.velocity) + glm::dot(j[1], a.angular_velocity) +
-            glm::dot(j[2], b.velocity) + glm::dot(j[3], b.angular_velocity);
-  return at;
+  return coordinate_at(world, *link, which, before);
 }
 
 /// Looked up by the slot that the joint had when its island was built.

@@ -3,17 +3,14 @@
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
+#include "engine/joints/joint_force.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/joints/stops.hpp"
 #include "engine/world/cable_route.hpp"
+#include "engine/world/joint_coordinate.hpp"
 
 namespace pantin::detail {
 namespace {
-
-BodyState state_of(const Body& b) {
-  return {b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), b.velocity,
-          b.angular_velocity};
-}
 
 /// The energy of a spring whose force is `stiffness * off`, at most `cap`.
 Real energy_of(Real stiffness, Real off, Real cap) {
@@ -29,17 +26,12 @@ const Dof& dof_of(const Link& link, Coordinate along) {
 
 void find_coordinate(const World& world, EnergyStore& s) {
   const Link& link = world.links.values()[s.slot];
-  const BodyState a = state_of(world.bodies[link.a]), b = state_of(world.bodies[link.b]);
-  Vec3 j[4];
-  Real x = 0;
-  write_coordinate({link.joint, a, b, s.x}, s.along, {&x, j, nullptr});
-  s.x = x;
-  s.rate = glm::dot(j[0], a.velocity) + glm::dot(j[1], a.angular_velocity) +
-           glm::dot(j[2], b.velocity) + glm::dot(j[3], b.angular_velocity);
+  const CoordinateAt now = coordinate_at(world, link, s.along, s.x);
+  s.x = now.value, s.rate = now.rate;
 }
 
 Real energy_of(const Dof& dof, Real x) {
-  Real sum = energy_of(dof.spring.stiffness, x - dof.spring.rest, 1e300);
+  Real sum = detail::energy_of(dof.spring, x);
   if (dof.motor.kind == MotorKind::position)
     sum += energy_of(dof.motor.gain, x - dof.motor.target, dof.motor.cap);
   return sum;

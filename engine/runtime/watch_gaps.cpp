@@ -5,6 +5,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/world/cable_route.hpp"
+#include "engine/world/joint_coordinate.hpp"
 #include "engine/world/partition.hpp"
 
 namespace pantin::detail {
@@ -16,19 +17,6 @@ constexpr Real kOpen = 1e-3;
 constexpr Real kOver = 0.05, kOffRatio = 0.01;
 /// s: the time that a pin may need to reach its target.
 constexpr Real kOnTheWay = 0.25;
-
-BodyState state_of(const Body& b) {
-  return {b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), b.velocity,
-          b.angular_velocity};
-}
-
-/// The coordinate of a link that is nearest to `near`.
-Real coordinate_of(const World& world, const Link& link, Coordinate which, Real near) {
-  const BodyState a = state_of(world.bodies[link.a]), b = state_of(world.bodies[link.b]);
-  Real x = 0;
-  write_coordinate({link.joint, a, b, near}, which, {&x, nullptr, nullptr});
-  return x;
-}
 
 }  // namespace
 
@@ -123,9 +111,9 @@ void GapWatch::check_gears(const World& world, FindingList& found) {
     Ratio& r = ratios_[i];
     const Coordinate of_first = g.first_travels ? Coordinate::travel : Coordinate::angle,
                      of_second = g.second_travels ? Coordinate::travel : Coordinate::angle;
-    r.first = coordinate_of(world, *first, of_first, r.first);
+    r.first = coordinate_at(world, *first, of_first, r.first).value;
     const Real near = r.known ? r.second : g.has_offset ? g.ratio * r.first + g.offset : 0;
-    r.second = coordinate_of(world, *second, of_second, near);
+    r.second = coordinate_at(world, *second, of_second, near).value;
     const Real offset = r.second - g.ratio * r.first;
     if (!r.known) r.offset = offset, r.known = true;
     const Real off = std::abs(offset - r.offset);

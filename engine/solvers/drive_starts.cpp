@@ -2,17 +2,10 @@
 
 #include <cmath>
 
-#include "engine/joints/kinds.hpp"
 #include "engine/solvers/solver.hpp"
+#include "engine/world/joint_coordinate.hpp"
 
 namespace pantin::detail {
-namespace {
-
-BodyState state_of(const Body& b) {
-  return {b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), {}, {}};
-}
-
-}  // namespace
 
 void start_drives(World& world) {
   for (std::size_t i = 0; i < world.joint_drives.size(); ++i) {
@@ -24,14 +17,10 @@ void start_drives(World& world) {
           std::isfinite(angle))
         before = angle;
     const Link* link = world.links.find(world.joint_drives.owners()[i]);
-    const Body *a = link ? world.bodies.find(link->a) : nullptr,
-               *b = link ? world.bodies.find(link->b) : nullptr;
-    if (!a || !b) continue;
+    if (!link || !world.bodies.find(link->a) || !world.bodies.find(link->b)) continue;
     DriveMotion& motion = drive.motion;
-    Real now = 0;
-    write_coordinate({link->joint, state_of(*a), state_of(*b), before},
-                     motion.travels ? Coordinate::travel : Coordinate::angle,
-                     {&now, nullptr, nullptr});
+    const Coordinate which = motion.travels ? Coordinate::travel : Coordinate::angle;
+    const Real now = coordinate_at(world, *link, which, before).value;
     motion.offset += now - motion_at(motion, world.time).value;
     motion.at_start = false;
   }

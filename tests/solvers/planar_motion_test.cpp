@@ -130,6 +130,39 @@ TEST_CASE("planar springs, motors and limits of hinges act as in the exact solve
   CHECK(error_after_a_second(w, 960, exact) < 5e-3);
 }
 
+TEST_CASE("the energy of a planar World includes its springs") {
+  World w = planar_world();
+  const Entity frame = add_fixed(w), rod = add_rod(w, {0, 0, 0}, {1, 0, 0}),
+               cart = add_rod(w, {2, 1, 0}, {2.4, 1, 0}), bob = add_rod(w, {5, 0, 0}, {5.2, 0, 0});
+  const Entity hinge = add_hinge(w, frame, rod, {0, 0, 0}, {0, 0, -1});
+  JointParameters own;
+  own.rotation.spring = {200, 0, 0.3};
+  w.links[hinge].joint.parameters.edit() = own;
+  Joint slide = planar_joint(w, frame, cart, JointKind::prismatic, {2.2, 1, 0}, {1, 0, 0});
+  own = {};
+  own.translation.spring = {50, 0, 0.2};
+  slide.parameters.edit() = own;
+  add_link(w, {frame, cart, slide});
+  Joint coil = planar_joint(w, frame, bob, JointKind::spring, {5.1, 0, 0});
+  coil.anchor_a = {5.1, 0.5, 0};
+  own.translation.spring = {30, 0, 0.1};
+  coil.parameters.edit() = own;
+  add_link(w, {frame, bob, coil});
+  const Real stored = 0.5 * (200 * 0.3 * 0.3 + 50 * 0.2 * 0.2 + 30 * 0.4 * 0.4);
+  CHECK(measure(w).elastic == Approx(stored).epsilon(1e-12));
+  World exact = w;
+  exact.default_settings.solver = Solver::lagrangian;
+  CHECK(measure(exact).elastic == Approx(stored).epsilon(1e-12));
+  const Measures before = measure(w);
+  for (int i = 0; i < 240; ++i) {
+    run(w, 1.0 / 480, 1);
+    const Measures now = measure(w);
+    REQUIRE(now.kinetic + now.potential + now.elastic ==
+            Approx(before.kinetic + before.potential + before.elastic).margin(0.05 * stored));
+  }
+  CHECK(measure(w).elastic != Approx(stored).epsilon(0.1));
+}
+
 TEST_CASE("planar sliders, rods and welds hold, and slide as the exact solver says") {
   World w = planar_world();
   const Entity frame = add_fixed(w), cart = add_rod(w, {-0.2, 0, 0}, {0.2, 0, 0});

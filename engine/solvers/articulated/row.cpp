@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "engine/base/invariants.hpp"
+#include "engine/joints/joint_force.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
@@ -104,9 +105,7 @@ Real energy_of_springs(const World& world, const Island& a) {
   Real sum = 0;
   for (std::size_t c = 0; c < a.joints.size(); ++c) {
     if (!a.joints[c].stiff || !is_actuated(a.joints[c]) || a.parents[c] == kFree) continue;
-    const SpringDamper& s = dof_of(world, a, c).spring;
-    const Real off = angle_of(world, a, c) - s.rest;
-    sum += 0.5 * s.stiffness * off * off;
+    sum += energy_of(dof_of(world, a, c).spring, angle_of(world, a, c));
   }
   return sum;
 }

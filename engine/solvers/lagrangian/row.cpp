@@ -8,6 +8,7 @@
 #include "engine/solvers/lagrangian/internal.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
+#include "engine/world/joint_coordinate.hpp"
 #include "engine/world/surface_start.hpp"
 
 namespace pantin::detail::lagrangian {
@@ -142,11 +143,6 @@ void report(const World& world, StepReport& report) {
   }
 }
 
-BodyState state_of(const Body& b) {
-  return {b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), b.velocity,
-          b.angular_velocity};
-}
-
 void measure_island(const World& world, const Island& island, Measures& m) {
   for (std::size_t i = 0; i < island.blocks.size(); ++i) {
     const Block& block = island.blocks[i];
@@ -157,14 +153,10 @@ void measure_island(const World& world, const Island& island, Measures& m) {
   }
   for (const JointForce& e : island.joint_forces) {
     const Link& link = world.links.values()[e.link];
-    Real x = 0;
-    write_coordinate(
-        {link.joint, state_of(world.bodies[link.a]), state_of(world.bodies[link.b]), e.before},
-        e.coordinate, {&x, nullptr, nullptr});
     const JointParameters& parameters = *link.joint.parameters;
     const SpringDamper& s = e.coordinate == Coordinate::angle ? parameters.rotation.spring
                                                               : parameters.translation.spring;
-    m.elastic += 0.5 * s.stiffness * (x - s.rest) * (x - s.rest);
+    m.elastic += energy_of(s, coordinate_at(world, link, e.coordinate, e.before).value);
   }
 }
 

@@ -6,6 +6,7 @@
 #include "engine/joints/kinds.hpp"
 #include "engine/joints/rows.hpp"
 #include "engine/solvers/planar/island.hpp"
+#include "engine/world/joint_coordinate.hpp"
 
 namespace pantin::detail::planar {
 
@@ -289,16 +290,7 @@ void note_borne(Closing& c) {
 /// The coordinate of a joint in its present pose, as its joint kind counts it; an angle is the one
 /// nearest to `before`.
 Real coordinate_now(const World& world, const FlatLink& l, Coordinate which, Real before = 0) {
-  const Link& link = world.links.values()[l.link];
-  const auto state = [&](Entity e) {
-    const Body& b = world.bodies[e];
-    return BodyState{b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), b.velocity,
-                     b.angular_velocity};
-  };
-  Real x = 0;
-  write_coordinate({link.joint, state(link.a), state(link.b), before}, which,
-                   {&x, nullptr, nullptr});
-  return x;
+  return coordinate_at(world, world.links.values()[l.link], which, before).value;
 }
 
 }  // namespace

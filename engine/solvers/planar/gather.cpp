@@ -103,13 +103,10 @@ void gather_hinge(const Joint& joint, const Ends& ends, PlaneJoint& j) {
   if (joint.kind == JointKind::ball) return;
   const Quat qa = ends.a.pose.rotation, qb = ends.b.pose.rotation;
   const Real sign = (qa * (joint.frames.a() * Vec3(1, 0, 0))).z > 0 ? 1 : -1;
-  Real now = swing_twist(relative_rotation(joint, qa, qb)).twist;
-  const AngleLimit& range = joint.limits->angle;
-  if (range.on && range.high - range.low < 2 * kPi) {
-    const Real middle = 0.5 * (range.low + range.high);
-    now = middle + std::remainder(now - middle, 2 * kPi);
-    limit(j, range, now, sign);
-  }
+  const Real middle = middle_of_angles(joint);
+  const Real twist = swing_twist(relative_rotation(joint, qa, qb)).twist;
+  const Real now = middle + std::remainder(twist - middle, 2 * kPi);
+  if (has_stops(joint)) limit(j, joint.limits->angle, now, sign);
   const Real rate = sign * (ends.b.angular_velocity.z - ends.a.angular_velocity.z);
   load(j, joint.parameters->rotation, {now, rate, sign});
 }

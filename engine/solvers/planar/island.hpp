@@ -46,6 +46,17 @@ struct FlatLink {
   std::uint32_t link = 0;  // slot
   std::uint32_t a = 0, b = 0;
 };
+/// Whether the angle of a joint stops at its limits.
+inline bool has_stops(const Joint& joint) {
+  const AngleLimit& range = joint.limits->angle;
+  return range.on && range.high - range.low < 2 * kPi;
+}
+/// Angles are counted from half a turn below this one to half a turn above it, rad.
+inline Real middle_of_angles(const Joint& joint) {
+  const AngleLimit& range = joint.limits->angle;
+  return has_stops(joint) ? 0.5 * (range.low + range.high) : 0;
+}
+
 struct FlatPin {
   Entity owner;
   std::uint32_t pin = 0;  // slot

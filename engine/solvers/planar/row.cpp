@@ -7,9 +7,11 @@
 #include "engine/base/rotation.hpp"
 #include "engine/contact/detect.hpp"
 #include "engine/contact/memory.hpp"
+#include "engine/joints/joint_force.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/solvers/planar/island.hpp"
 #include "engine/solvers/solver.hpp"
+#include "engine/world/joint_coordinate.hpp"
 
 namespace pantin::detail::planar {
 namespace {
@@ -293,6 +295,20 @@ void report(const World& world, StepReport& report) {
     report.asleep += static_cast<int>(all.islands);
 }
 
+/// J: energy of the springs along the coordinates of a joint.
+Real energy_of_springs(const World& world, const Link& link) {
+  Real sum = 0;
+  for (const Coordinate which : {Coordinate::angle, Coordinate::travel}) {
+    const bool turns = which == Coordinate::angle;
+    const JointParameters& own = *link.joint.parameters;
+    const SpringDamper& spring = turns ? own.rotation.spring : own.translation.spring;
+    if (!(spring.stiffness > 0) || !info_of(link.joint.kind).find(which)) continue;
+    const Real near = turns ? middle_of_angles(link.joint) : 0;
+    sum += energy_of(spring, coordinate_at(world, link, which, near).value);
+  }
+  return sum;
+}
+
 void measure(const World& world, Measures& m) {
   const Planar& all = plane_of(world);
   Real size = 1e-3;
@@ -303,6 +319,7 @@ void measure(const World& world, Measures& m) {
     const Real gap = info_of(link.joint.kind).gap(link.joint, a, b);
     if (gap > m.worst_gap) m.worst_gap = gap, m.worst_link = world.links.owners()[l.link];
     m.worst_gap_rel = std::max(m.worst_gap_rel, gap / size);
+    m.elastic += energy_of_springs(world, link);
   }
 }
 
