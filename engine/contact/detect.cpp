@@ -1,7 +1,6 @@
 #include "engine/contact/detect.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <optional>
 #include <tuple>
 #include <utility>
@@ -23,6 +22,8 @@ namespace {
 constexpr Real kSamePoint = 0.15;
 // Reach of a body at rest whose surface moves, m: it does not count as resting.
 constexpr Real kRunningReach = 1e-12;
+// Bodies or pairs of bodies that are worth a part of a thread's work.
+constexpr std::size_t kLeastInPart = 16;
 
 const Collision& collision_of(const SweptSearch& s, std::uint32_t slot) {
   return s.world.collisions[s.world.bodies.owners()[slot]];
@@ -76,45 +77,47 @@ void set_surface(const SweptSearch& s, Contact& c, const MaterialPair* given) {
 /// A body that may rotate far in one step moves its features away from their contact points. A ball
 /// inside the body is independent of rotation and gets a contact of its own. That contact has
 /// friction as well, for it carries a part of the load.
-void add_core_contact(const SweptSearch& s, Search& search, const ColliderShape& a,
+void add_core_contact(const SweptSearch& s, Findings& at, const ColliderShape& a,
                       const ColliderShape& b) {
-  if (search.points.empty() || s.reach_of(a.slot) < a.extent || traits_of(a.shape->kind).is_round)
+  if (at.points.empty() || s.reach_of(a.slot) < a.extent || traits_of(a.shape->kind).is_round)
     return;
-  PANTIN_ASSERT(search.found.back().slot_a == a.slot && search.found.back().slot_b == b.slot);
+  PANTIN_ASSERT(at.found.back().slot_a == a.slot && at.found.back().slot_b == b.slot);
   const Real radius = inner_radius(*a.shape);
   if (!(radius > 0)) return;
   ContactPoint core =
-      *std::min_element(search.points.begin(), search.points.end(),
+      *std::min_element(at.points.begin(), at.points.end(),
                         [](const ContactPoint& p, const ContactPoint& q) { return p.gap < q.gap; });
   core.on_a = a.pose.position - radius * core.normal;
   core.gap = glm::dot(core.normal, core.on_a - core.on_b);
   core.feature = kCore;
-  search.found.push_back(
-      {a.slot, b.slot, key_of(a.index, b.index, core.feature), search.found.back().pair, core});
+  at.found.push_back(
+      {a.slot, b.slot, key_of(a.index, b.index, core.feature), at.found.back().pair, core});
 }
 
-void collide_shapes(const SweptSearch& s, Search& search, const ColliderShape& a,
+void collide_shapes(const Swept& with, Findings& at, const ColliderShape& a,
                     const ColliderShape& b) {
+  const auto& [s, search] = with;
   PANTIN_ASSERT(a.slot != b.slot && can_move(a.shape->kind));
   const bool bounded = !is_unbounded(b.shape->kind);
   const Real extent = bounded ? glm::min(a.extent, b.extent) : a.extent;
   const Real own = s.is_moved(b.slot) ? s.reach_of(a.slot) : s.reach_if_struck(a.slot);
   const Real margin = s.reach_between(search, a.slot, b.slot, own) + kContactSlop * extent;
   if (bounded && !a.box.grown(margin).overlaps(b.box)) return;
-  search.points.clear();
-  collide({*a.shape, a.pose}, {*b.shape, b.pose}, search.scratch, {margin, search.points});
+  at.points.clear();
+  collide({*a.shape, a.pose}, {*b.shape, b.pose}, at.scratch, {margin, at.points});
   const MaterialPair* pair = find_pair(search, a.shape->material, b.shape->material);
-  advance_to_impact(s, search, a, b);
-  for (const ContactPoint& p : search.points)
-    search.found.push_back({a.slot, b.slot, key_of(a.index, b.index, p.feature), pair, p});
-  if (have_two_solvers(s, a.slot, b.slot)) add_core_contact(s, search, a, b);
+  advance_to_impact(with, at, a, b);
+  for (const ContactPoint& p : at.points)
+    at.found.push_back({a.slot, b.slot, key_of(a.index, b.index, p.feature), pair, p});
+  if (have_two_solvers(s, a.slot, b.slot)) add_core_contact(s, at, a, b);
 }
 
 /// Collides a shape of a body that a solver moves with obstacles that have no solver.
-void collide_obstacles(const SweptSearch& s, Search& search, const ColliderShape& a) {
+void collide_obstacles(const Swept& with, Findings& at, const ColliderShape& a) {
+  const auto& [s, search] = with;
   const auto collide_with = [&](const ColliderShape& b) {
     if (s.rests(a.slot) && s.rests(b.slot)) return;
-    if (may_collide(s, search, a.slot, b.slot)) collide_shapes(s, search, a, b);
+    if (may_collide(s, search, a.slot, b.slot)) collide_shapes(with, at, a, b);
   };
   for (const ColliderShape& b : search.obstacles.unbounded) collide_with(b);
   search.obstacles.tree.query(a.box.grown(s.reach_if_struck(a.slot) + kContactSlop * a.extent),
@@ -136,7 +139,8 @@ bool look_up(const SweptSearch& s, const Search& search, ColliderShape& at) {
 
 /// Calls `take(shape)` for each resting shape near a box.
 template <class Take>
-void each_resting(const SweptSearch& s, Search& search, const Aabb& near, const Take& take) {
+void each_resting(const Swept& with, const Aabb& near, const Take& take) {
+  const auto& [s, search] = with;
   const auto give = [&](ColliderShape at) {
     if (look_up(s, search, at)) take(at);
   };
@@ -146,55 +150,81 @@ void each_resting(const SweptSearch& s, Search& search, const Aabb& near, const 
 }
 
 /// Collides a shape of a body that a solver moves with resting colliders.
-void collide_resting(const SweptSearch& s, Search& search, const ColliderShape& a) {
-  each_resting(s, search, a.box.grown(s.reach_if_struck(a.slot) + kContactSlop * a.extent),
+void collide_resting(const Swept& with, Findings& at, const ColliderShape& a) {
+  const auto& [s, search] = with;
+  each_resting(with, a.box.grown(s.reach_if_struck(a.slot) + kContactSlop * a.extent),
                [&](const ColliderShape& b) {
                  const bool both = s.is_moved(b.slot);
                  if (both && !asked_for(s, a.slot, b.slot)) return;
                  if (!may_collide(s, search, a.slot, b.slot)) return;
                  const bool turned = both && is_first(s, b.slot, a.slot);
-                 collide_shapes(s, search, turned ? b : a, turned ? a : b);
+                 collide_shapes(with, at, turned ? b : a, turned ? a : b);
                });
 }
 
 /// Collides a moving obstacle with sleeping bodies.
-void strike_resting(const SweptSearch& s, Search& search, const ColliderShape& b) {
+void strike_resting(const Swept& with, Findings& at, const ColliderShape& b) {
+  const auto& [s, search] = with;
   if (s.rests(b.slot)) return;
   const bool bounded = !is_unbounded(b.shape->kind);
   const Aabb everywhere{Vec3(-1e300), Vec3(1e300)};
-  each_resting(s, search, bounded ? b.box.grown(s.reach_of(b.slot)) : everywhere,
+  each_resting(with, bounded ? b.box.grown(s.reach_of(b.slot)) : everywhere,
                [&](const ColliderShape& a) {
                  if (s.is_moved(a.slot) && may_collide(s, search, a.slot, b.slot))
-                   collide_shapes(s, search, a, b);
+                   collide_shapes(with, at, a, b);
                });
 }
 
+/// Calls `find(i, at)` for each i below `count` on the threads of the search, and appends what they
+/// find in that order.
+template <class Find>
+void find_each(const SweptSearch& s, Search& search, std::size_t count, const Find& find) {
+  const std::size_t needed = s.threads.are_many() ? kMostParts : 1;
+  if (search.workers.size() < needed) search.workers.resize(needed);
+  const std::size_t parts = in_parts(s.threads, count, kLeastInPart, [&](const ListPart& part) {
+    Findings& at = search.workers[part.number];
+    at.found.clear();
+    for (std::size_t i = part.begin; i < part.end; ++i) find(i, at);
+  });
+  for (const Findings& at : std::span(search.workers).first(parts))
+    search.found.insert(search.found.end(), at.found.begin(), at.found.end());
+}
+
 void find_points(const SweptSearch& s, Search& search) {
+  const Swept with{s, search};
   search.found.clear();
-  for (const Collider& c : search.colliders) {
+  find_each(s, search, search.colliders.size(), [&](std::size_t i, Findings& at) {
+    const Collider& c = search.colliders[i];
     PANTIN_ASSERT(is_part(c.first, c.count, search.shapes.size()));
     for (std::uint32_t p = c.first; p < c.first + c.count; ++p) {
-      collide_obstacles(s, search, search.shapes[p]);
-      if (!c.rests) collide_resting(s, search, search.shapes[p]);
+      collide_obstacles(with, at, search.shapes[p]);
+      if (!c.rests) collide_resting(with, at, search.shapes[p]);
     }
-  }
-  for (const ColliderShape& b : search.obstacles.unbounded) strike_resting(s, search, b);
-  for (const ColliderShape& b : search.obstacles.shapes) strike_resting(s, search, b);
-  for (const std::uint64_t pair : search.pairs) {
+  });
+  find_each(s, search, 1, [&](std::size_t, Findings& at) {
+    for (const ColliderShape& b : search.obstacles.unbounded) strike_resting(with, at, b);
+    for (const ColliderShape& b : search.obstacles.shapes) strike_resting(with, at, b);
+  });
+  find_each(s, search, search.pairs.size(), [&](std::size_t i, Findings& at) {
+    const std::uint64_t pair = search.pairs[i];
     PANTIN_ASSERT((pair >> 32) < search.colliders.size() &&
                   (pair & 0xffffffff) < search.colliders.size());
     const Collider &a = search.colliders[pair >> 32], &b = search.colliders[pair & 0xffffffff];
     for (std::uint32_t p = a.first; p < a.first + a.count; ++p)
       for (std::uint32_t q = b.first; q < b.first + b.count; ++q)
-        collide_shapes(s, search, search.shapes[p], search.shapes[q]);
-  }
-  search.order.resize(search.found.size());
-  std::iota(search.order.begin(), search.order.end(), 0u);
-  std::sort(search.order.begin(), search.order.end(), [&](std::uint32_t i, std::uint32_t j) {
-    const FoundPoint &p = search.found[i], &q = search.found[j];
-    return std::tie(p.slot_a, p.slot_b, p.key, p.at.gap, i) <
-           std::tie(q.slot_a, q.slot_b, q.key, q.at.gap, j);
+        collide_shapes(with, at, search.shapes[p], search.shapes[q]);
   });
+  search.keys.clear();
+  for (const FoundPoint& p : search.found)
+    search.keys.push_back(
+        {std::uint64_t(p.slot_a) << 32 | p.slot_b, static_cast<std::uint32_t>(search.keys.size())});
+  std::sort(search.keys.begin(), search.keys.end(), [&](const PointKey& i, const PointKey& j) {
+    if (i.bodies != j.bodies) return i.bodies < j.bodies;
+    const FoundPoint &p = search.found[i.point], &q = search.found[j.point];
+    return std::tie(p.key, p.at.gap, i.point) < std::tie(q.key, q.at.gap, j.point);
+  });
+  search.order.clear();
+  for (const PointKey& key : search.keys) search.order.push_back(key.point);
 }
 
 // ---- Contacts ----------------------------------------------------------------------------------
@@ -313,8 +343,8 @@ void find_strikers(std::span<const Contact> before, DetectScratch& scratch) {
 }
 
 /// Finds the contacts of a step of h seconds; 0: at the current poses.
-void search_contacts(World& world, std::span<const Real> reach, Real h,
-                     const ContactFilter* filter) {
+void search_contacts(World& world, std::span<const Real> reach, const SearchTask& task) {
+  const Real h = task.h;
   Memory& memory = world.memory.of<Memory>();
   Search& search = memory.scratch.search;
   if (world.collisions.empty()) {
@@ -327,7 +357,7 @@ void search_contacts(World& world, std::span<const Real> reach, Real h,
   // A sleeping body may have got another shape or Collision.
   const std::uint64_t replaced = replacements(world);
   const bool keeps = std::exchange(memory.kept_for, replaced) == replaced;
-  const SweptSearch s{{world, partition_of(world), reach, keeps}, h, struck};
+  const SweptSearch s{{world, partition_of(world), reach, keeps, task.threads}, h, struck};
   std::swap(memory.scratch.before, memory.contacts);
   memory.contacts.clear();
   split_resting(s, memory);
@@ -337,15 +367,13 @@ void search_contacts(World& world, std::span<const Real> reach, Real h,
   list_pairs(s, search);
   search.flights.of.clear();
   if (h > 0) find_flights(s, search, memory.scratch.displacement);
-  find_points(s, search), drop_points(s, search, filter);
+  find_points(s, search), drop_points(s, search, task.filter);
   store_contacts(s, search);
 }
 
 }  // namespace
 
-void find_contacts(World& world, std::span<const Real> reach) {
-  search_contacts(world, reach, 0, nullptr);
-}
+void find_contacts(World& world, std::span<const Real> reach) { search_contacts(world, reach, {}); }
 
 Real extent_of(const Shapes& shapes) {
   Real most = 0;
@@ -366,7 +394,8 @@ Pose pose_before(const Body& b, Real h) {
 /// Kinematic bodies are at the end of the step already: for the search they return to its start,
 /// and their reach is the displacement over the step. Bodies that a solver has moved return as
 /// well.
-void detect(World& world, Real h, const ContactFilter* filter) {
+void detect(World& world, const SearchTask& task) {
+  const Real h = task.h;
   PANTIN_ASSERT(is_positive(h));
   DetectScratch& scratch = world.memory.of<Memory>().scratch;
   const Partition& partition = partition_of(world);
@@ -397,7 +426,7 @@ void detect(World& world, Real h, const ContactFilter* filter) {
   scratch.has_gravity.assign(world.bodies.size(), 0);
   for (const StartPose& start : scratch.starts) scratch.has_gravity[start.slot] = 1;
   swap_starts();
-  search_contacts(world, scratch.reach, h, filter);
+  search_contacts(world, scratch.reach, task);
   swap_starts();
   auto end = scratch.ends.begin();
   for (std::uint32_t slot : partition.kinematic)

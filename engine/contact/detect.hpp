@@ -4,6 +4,7 @@
 
 #include "engine/base/invariants.hpp"
 #include "engine/base/math.hpp"
+#include "engine/base/threads.hpp"
 #include "engine/contact/contact.hpp"
 #include "engine/geometry/shape.hpp"
 #include "engine/world/body.hpp"
@@ -34,11 +35,17 @@ inline constexpr Real kReachFactor = 1.25;
 /// stay as they were.
 void find_contacts(World& world, std::span<const Real> reach);
 
-/// Detects the contacts of a step of `h` seconds from the poses at its start and the solvers'
+/// A search for the contacts of a step.
+struct SearchTask {
+  Real h = 0;                             // s
+  const ContactFilter* filter = nullptr;  // decides which bodies collide
+  Threads threads = {};
+};
+
+/// Detects the contacts of a step from the poses at its start and the solvers'
 /// reaches in Memory::scratch. Kinematic bodies, and those in DetectScratch::starts, are already at
 /// their poses at the end of the step.
-/// `filter` (may be null) decides which of them collide.
-void detect(World& world, Real h, const ContactFilter* filter);
+void detect(World& world, const SearchTask& task);
 
 /// Fills sensor_overlaps_of(world) from the current poses, for the bodies that the last
 /// detection saw. Costs nothing where there is no sensor; does not allocate in the steady state.

@@ -86,7 +86,7 @@ const ContactPoint& nearest_of(const std::vector<ContactPoint>& points) {
 struct MovingPair {
   Moving a, b;
   Real size, margin;  // m: of the smaller shape; search distance of points
-  Search& search;
+  Findings& at;
 
   /// Closing speed at a point, m/s.
   Real closing(const ContactPoint& p, Real t) const {
@@ -98,15 +98,15 @@ struct MovingPair {
            extent_b * b.turning();
   }
   void find_at(Real time) {
-    search.points.clear();
+    at.points.clear();
     const Pose there_a = a.shape_after(time), there_b = b.shape_after(time);
-    collide({a.shape(), there_a}, {b.shape(), there_b}, search.scratch, {margin, search.points});
+    collide({a.shape(), there_a}, {b.shape(), there_b}, at.scratch, {margin, at.points});
   }
   /// Maps the points of a time back to the start and keeps their normals. False if one of them
   /// overlaps deeper than `most` there.
   bool take_back(Real time, Real most) {
     bool is_between = true;
-    for (ContactPoint& p : search.points) {
+    for (ContactPoint& p : at.points) {
       p.on_a = a.at_start(p.on_a, -p.normal, time), p.on_b = b.at_start(p.on_b, p.normal, time);
       p.gap = glm::dot(p.normal, p.on_a - p.on_b);
       is_between = is_between && p.gap >= -most;
@@ -123,22 +123,22 @@ bool passes_by(MovingPair m, Real h, Vec3 at_start) {
   PANTIN_ASSERT(is_unit(at_start));
   const Real near = kGrazes * m.size;
   m.find_at(kAhead * h);
-  if (m.search.points.empty()) return false;
-  const ContactPoint& then = nearest_of(m.search.points);
+  if (m.at.points.empty()) return false;
+  const ContactPoint& then = nearest_of(m.at.points);
   if (then.gap < -near || glm::dot(then.normal, at_start) >= kOther) return false;
-  return m.take_back(kAhead * h, near) && nearest_of(m.search.points).gap <= near;
+  return m.take_back(kAhead * h, near) && nearest_of(m.at.points).gap <= near;
 }
 
 /// If two shapes that would soon meet slide past each other, replaces their points by those along
 /// which they slide; otherwise leaves the points as they were.
 bool slides_past(const SweptSearch& s, MovingPair m) {
   m.a.remove_gravity(s), m.b.remove_gravity(s);
-  const ContactPoint first = nearest_of(m.search.points);
+  const ContactPoint first = nearest_of(m.at.points);
   if (!(m.closing(first, 0) * kSoon * s.h > std::max(first.gap, Real(0)) + kRests * m.size))
     return false;
-  m.search.at_start = m.search.points;
+  m.at.at_start = m.at.points;
   if (passes_by(m, s.h, first.normal)) return true;
-  m.search.points.swap(m.search.at_start);
+  m.at.points.swap(m.at.at_start);
   return false;
 }
 
@@ -146,35 +146,36 @@ bool slides_past(const SweptSearch& s, MovingPair m) {
 /// the step, finds those of the first pose on the way at which they would overlap.
 void look_ahead(const SweptSearch& s, const MovingPair& m, Real way) {
   const int looks = static_cast<int>(std::min(way / (kLook * m.size), Real(kMostLooks)));
-  Search& search = m.search;
-  for (int look = 1; look <= looks && search.points.empty(); ++look) {
+  std::vector<ContactPoint>& points = m.at.points;
+  for (int look = 1; look <= looks && points.empty(); ++look) {
     MovingPair then = m;
     then.find_at(s.h * look / looks);
-    std::erase_if(search.points, [&](const ContactPoint& p) { return p.gap > -kLeft * m.size; });
+    std::erase_if(points, [&](const ContactPoint& p) { return p.gap > -kLeft * m.size; });
     then.take_back(s.h * look / looks, 0);
     // Without the far side of what it would have to pass through.
-    std::erase_if(search.points, [&](const ContactPoint& p) { return p.gap < -kLeft * m.size; });
+    std::erase_if(points, [&](const ContactPoint& p) { return p.gap < -kLeft * m.size; });
   }
 }
 
 }  // namespace
 
-void advance_to_impact(const SweptSearch& s, Search& search, const ColliderShape& on_a,
+void advance_to_impact(const Swept& with, Findings& at, const ColliderShape& on_a,
                        const ColliderShape& on_b) {
-  std::vector<ContactPoint>& points = search.points;
+  const SweptSearch& s = with.s;
+  std::vector<ContactPoint>& points = at.points;
   if (!(s.h > 0)) return;
   PANTIN_ASSERT(on_a.slot != on_b.slot);
   const Real size = std::min(on_a.extent, on_b.extent);
   // A plane has no size: what comes within reach of it has a point at the start.
   if (points.empty() && size > 0 && (is_skin(*on_a.shape) || is_skin(*on_b.shape))) {
-    const MovingPair m{Moving(s, on_a), Moving(s, on_b), size, 0, search};
+    const MovingPair m{Moving(s, on_a), Moving(s, on_b), size, 0, at};
     look_ahead(s, m, s.h * m.fastest(on_a.extent, on_b.extent));
   }
   if (points.empty() || !is_convex(*on_a.shape) || !is_convex(*on_b.shape)) return;
-  const Real reach = s.reach_between(search, on_a.slot, on_b.slot, s.reach_of(on_a.slot));
+  const Real reach = s.reach_between(with.search, on_a.slot, on_b.slot, s.reach_of(on_a.slot));
   const Real margin = reach + kTouching * size;
   if (!(margin < kFarthest)) return;
-  MovingPair m{Moving(s, on_a), Moving(s, on_b), size, margin, search};
+  MovingPair m{Moving(s, on_a), Moving(s, on_b), size, margin, at};
   // If contacts move both bodies, their paths are too uncertain for this test.
   const bool asks = !s.is_moved(on_a.slot) || !s.is_moved(on_b.slot);
   if (asks && slides_past(s, m)) return;

@@ -24,10 +24,16 @@ struct SweptSearch : Finder {
   }
 };
 
+/// A search, and what it has listed.
+struct Swept {
+  const SweptSearch& s;
+  const Search& search;
+};
+
 /// For two convex shapes that would meet within the step, given their points at its start: replaces
-/// Search::points by those of where they meet or pass, mapped back to the start. Otherwise balls
+/// Findings::points by those of where they meet or pass, mapped back to the start. Otherwise balls
 /// that collide off-centre would be deflected along the normal of the step before.
-void advance_to_impact(const SweptSearch& finder, Search& search, const ColliderShape& a,
+void advance_to_impact(const Swept& with, Findings& at, const ColliderShape& a,
                        const ColliderShape& b);
 
 /// Rounding radius of a shape at a contact, m: the contact point keeps that distance along the

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/base/disjoint_sets.hpp"
+#include "engine/base/threads.hpp"
 #include "engine/contact/contact.hpp"
 #include "engine/geometry/aabb_tree.hpp"
 #include "engine/geometry/collide.hpp"
@@ -88,6 +89,12 @@ struct FoundPoint {
   ContactPoint at;
 };
 
+/// A found point and its bodies, which it is sorted by.
+struct PointKey {
+  std::uint64_t bodies = 0;
+  std::uint32_t point = 0;
+};
+
 /// What a body moves by in a step, about its mass centre; world axes.
 struct Displacement {
   Vec3 translation{0};  // m
@@ -137,6 +144,14 @@ struct Flights {
   Real reach_between(std::uint32_t slot_a, std::uint32_t slot_b) const;
 };
 
+/// What one thread finds, and its scratch memory.
+struct Findings {
+  std::vector<FoundPoint> found;
+  std::vector<ContactPoint> points;    // of one pair
+  std::vector<ContactPoint> at_start;  // `points` at the start of the step
+  NarrowPhaseScratch scratch;
+};
+
 /// Not part of the state: an empty Search finds the same contacts.
 struct Search {
   RestingColliders resting;
@@ -152,10 +167,9 @@ struct Search {
   Flights flights;
   std::vector<const MaterialPair*> material_pairs;  // of the World, sorted by their materials
   std::vector<FoundPoint> found;
-  std::vector<std::uint32_t> order;    // of those
-  std::vector<ContactPoint> points;    // of one pair
-  std::vector<ContactPoint> at_start;  // `points` at the start of the step
-  NarrowPhaseScratch scratch;
+  std::vector<PointKey> keys;
+  std::vector<std::uint32_t> order;  // of those
+  std::vector<Findings> workers;     // by part of the search, at least one after it
   // Sensors: how many there are, their shapes, those without bounds, those with.
   std::size_t sensors = 0;
   std::vector<ColliderShape> sensor_shapes;
@@ -175,6 +189,7 @@ struct Finder {
   const Partition& partition;
   std::span<const Real> reach;  // by slot, see find_contacts
   bool keeps = true;            // contacts between bodies at rest are kept
+  Threads threads = {};
 
   /// Bound of the displacement of the body's surface in the step, m.
   Real reach_of(std::uint32_t slot) const;

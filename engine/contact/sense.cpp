@@ -71,11 +71,12 @@ void sense_shape(const World& world, Memory& memory, const ColliderShape& sensor
   const bool swaps = !can_move(sensor.shape->kind);
   const ColliderShape &a = swaps ? other : sensor, &b = swaps ? sensor : other;
   if (!can_move(a.shape->kind)) return;
-  search.points.clear();
-  collide({*a.shape, a.pose}, {*b.shape, b.pose}, search.scratch, {0, search.points});
-  if (search.points.empty()) return;
+  auto& [found, points, at_start, scratch] = search.workers.front();
+  points.clear();
+  collide({*a.shape, a.pose}, {*b.shape, b.pose}, scratch, {0, points});
+  if (points.empty()) return;
   const ContactPoint& deepest =
-      *std::min_element(search.points.begin(), search.points.end(),
+      *std::min_element(points.begin(), points.end(),
                         [](const ContactPoint& p, const ContactPoint& q) { return p.gap < q.gap; });
   PANTIN_ASSERT(deepest.gap <= 0);
   const auto owners = world.bodies.owners();

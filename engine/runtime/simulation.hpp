@@ -22,11 +22,12 @@ using Importance = std::function<Real(Entity body)>;
 struct StepSettings {
   Real h = 1.0 / 60;     // s
   int substeps = 1;      // equal parts into which each step is divided
-  int threads = 1;       // islands are distributed over threads; the result does not depend on it
+  int threads = 1;       // for islands, contact search, large groups; the result is the same
   bool measure = false;  // fill StepReport::measures after each step
   bool watch = false;    // list what makes the result doubtful: see Simulation::findings()
-  /// The program's own thread pool, instead of `threads`: called with the islands of each stage.
-  /// The result does not depend on their distribution, nor on the number of threads.
+  /// The program's own thread pool, instead of `threads`: called with the islands of each stage,
+  /// and some hundred times a step with at most 32 parts of a large group in contact. The result
+  /// does not depend on their distribution, nor on the number of threads.
   RunJobs run_jobs = {};
   /// Decides whether two bodies collide. It is called once when two bodies come so near that they
   /// may touch within the step, and again after they have separated. It is not called for pairs

@@ -131,7 +131,7 @@ bool detect_contacts(World& world, const StepTask& task) {
     for (const SolverRow* solver : kSolvers)
       solver->find_reaches(world, task.h, {reach, scratch.displacement}),
           solver->find_starts(world, scratch.starts);
-    contact::detect(world, task.h, task.filter);
+    contact::detect(world, {task.h, task.filter, task.threads});
   } else {
     contacts.clear(), world.memory.of<contact::Memory>().resting.clear();
     scratch.search.sensors = 0;
@@ -441,8 +441,8 @@ void abort_step(Step& s) {
 StepReport step_world(World& world, const StepSettings& settings, const Systems& systems,
                       const StepRecord& record) noexcept {
   const int substeps = std::max(1, settings.substeps);
-  const StepTask task{settings.h / substeps, settings.threads,
-                      settings.run_jobs ? &settings.run_jobs : nullptr,
+  const StepTask task{settings.h / substeps,
+                      {settings.threads, settings.run_jobs ? &settings.run_jobs : nullptr},
                       settings.filter ? &settings.filter : nullptr};
   const bool is_timed = settings.budget > 0;
   Step s{world,

@@ -1,8 +1,6 @@
 #include "engine/solvers/solver.hpp"
 
 #include <algorithm>
-#include <atomic>
-#include <new>
 
 #include "engine/base/check.hpp"
 #include "engine/contact/resting.hpp"
@@ -10,11 +8,6 @@
 #include "engine/solvers/drive_starts.hpp"
 #include "engine/solvers/motor_gains.hpp"
 #include "engine/solvers/takeover.hpp"
-
-#ifdef PANTIN_HAS_TBB
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-#endif
 
 namespace pantin::detail {
 
@@ -169,38 +162,6 @@ void list_awake(World& world) {
       if (all.island[slot] != Owner::kNone && never_sleeps(all.islands[all.island[slot]]))
         all.awake.push_back(slot);
   std::sort(all.awake.begin(), all.awake.end());
-}
-
-namespace {
-
-/// Runs jobs on a user's threads, which exceptions of a job (out of memory) must not reach.
-void run_by_user(std::size_t count, const RunJobs& run_jobs, Job job) {
-  std::atomic<bool> failed = false;
-  const auto guarded = [&](std::size_t i) {
-    try {
-      job(i);
-    } catch (...) {
-      failed = true;
-    }
-  };
-  run_jobs(count, Job(guarded));
-  if (failed) throw std::bad_alloc();
-}
-
-}  // namespace
-
-void run_islands(std::size_t count, const StepTask& task, Job job) {
-  if (task.run_jobs && count > 1) return run_by_user(count, *task.run_jobs, job);
-#ifdef PANTIN_HAS_TBB
-  if (task.threads > 1 && count > 1) {
-    // Asking for more threads than there are cores makes TBB print a warning.
-    tbb::task_arena arena(std::min(task.threads, tbb::this_task_arena::max_concurrency()));
-    arena.execute(
-        [&] { tbb::parallel_for(std::size_t(0), count, [&](std::size_t i) { job(i); }); });
-    return;
-  }
-#endif
-  for (std::size_t i = 0; i < count; ++i) job(i);
 }
 
 }  // namespace pantin::detail

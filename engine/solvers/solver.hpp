@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/base/job.hpp"
+#include "engine/base/threads.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/solvers/budget.hpp"
 #include "engine/solvers/rebuild.hpp"
@@ -23,9 +23,8 @@ namespace pantin::detail {
 
 /// Parameters of a step.
 struct StepTask {
-  Real h = 0;                         // s
-  int threads = 1;                    // available for islands; the result does not depend on it
-  const RunJobs* run_jobs = nullptr;  // a user's threads instead of them
+  Real h = 0;  // s
+  Threads threads;
   const ContactFilter* filter = nullptr;
   const Budget* budget = nullptr;  // none: all substeps are taken
 };
@@ -116,11 +115,10 @@ void list_faults(World& world, const Scope& scope, std::span<std::vector<IslandP
 /// Brings Partition::awake up to date.
 void list_awake(World& world);
 
-void run_islands(std::size_t count, const StepTask& task, Job job);
 /// Runs `work(i)` for every i below `count` on the threads of a task; the calls are independent.
 template <class Work>
 void for_each_island(std::size_t count, const StepTask& task, const Work& work) {
-  run_islands(count, task, Job(work));
+  task.threads.run(count, Job(work));
 }
 
 }  // namespace pantin::detail

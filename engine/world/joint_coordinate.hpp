@@ -13,8 +13,8 @@ BodyState state_of(const Body& b);
 struct CoordinateAt {
   Real value = 0, rate = 0;
 };
-/// The coordinate of a link whose bodies exist and whose kind has it. An angle is the one nearest to
-/// `before`, rad, so that whole turns are counted.
+/// The coordinate of a link whose bodies exist and whose kind has it. An angle is the one nearest
+/// to `before`, rad, so that whole turns are counted.
 CoordinateAt coordinate_at(const World& world, const Link& link, Coordinate which, Real before = 0);
 
 }  // namespace pantin::detail

@@ -117,6 +117,10 @@ class Chart(Charts):
             for error in self.errors(scene, "lagrangian/rk4"):
                 self.assertAlmostEqual(error, wrong, delta=1e-9)
             self.assertEqual(scene["reference"]["method"], str(path))
+        path.write_text("time_s,ball.x,ball.y,ball.z\n0,0,4,0\n1,1,2,0\n")
+        done = pantin("chart", self.scene(fall), "--against", path, "--out", self.folder / "out")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("found ball at (0, 4, 0) at time 0, expected (0, 5, 0)", done.stderr)
         path.write_text("time_s,other.x\n0,0\n1,0\n")
         done = pantin("chart", self.scene(fall), "--against", path, "--out", self.folder / "out")
         self.assertEqual(done.returncode, 2)

@@ -180,6 +180,23 @@ std::string Table::read() {
   return {};
 }
 
+/// Says which body does not start as in the World, or nothing.
+std::string other_start(const Reference& reference, const World& world) {
+  constexpr double kOther = 1e-3;  // of the size
+  std::size_t i = 0;
+  for (const Entity e : world.bodies.owners()) {
+    if (world.bodies[e].motion != Motion::dynamic) continue;
+    const Vec3 told = reference.track.poses[i++].position, is = world.origin_pose(e).position;
+    if (glm::distance(told, is) > kOther * reference.size)
+      return fmt::format(
+          "found {} at ({:g}, {:g}, {:g}) at time 0, expected ({:g}, {:g}, {:g}), where it starts "
+          "in "
+          "the scene",
+          world.name_of(e), told.x, told.y, told.z, is.x, is.y, is.z);
+  }
+  return {};
+}
+
 }  // namespace
 
 Reference find_reference(std::span<const Loaded> methods, const Search& search) {
@@ -285,6 +302,8 @@ Result<Reference> read_reference(const std::string& path, const World& world, in
   Track finite = reference.track;
   std::erase_if(finite.poses, [](const Pose& p) { return !is_finite(p.position); });
   reference.size = scale_of(finite);
+  if (std::string fault = other_start(reference, world); !fault.empty())
+    return Error{path + ": " + fault};
   return reference;
 }
 

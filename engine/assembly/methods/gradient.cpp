@@ -63,7 +63,7 @@ Real largest_eigenvalue(const Part& part) {
 void find_gradient(Descent& d) {
   Island& m = d.part.m;
   const KktPattern& p = m.scratch.pattern;
-  for_each_island(m.count(), {.threads = d.effort.threads}, [&](std::size_t body) {
+  for_each_island(m.count(), {.threads = {d.effort.threads}}, [&](std::size_t body) {
     Vec3* sum = &m.scratch.force[2 * body];
     sum[0] = sum[1] = Vec3(0);
     for (std::uint32_t i = p.first_incident[body]; i < p.first_incident[body + 1]; ++i) {
@@ -82,7 +82,7 @@ void look_in_parallel(Descent& d) {
   if (d.effort.threads == 1 || m.unilateral || m.rolls || !m.touches.empty())
     return look(d.world, d.part);
   lagrangian::update_kinematics(m);
-  for_each_island(m.blocks.size(), {.threads = d.effort.threads}, [&](std::size_t block) {
+  for_each_island(m.blocks.size(), {.threads = {d.effort.threads}}, [&](std::size_t block) {
     lagrangian::write_block(d.world, m, block, {true, false});
   });
 }

@@ -22,6 +22,8 @@ constexpr Real kSettled = 5e-4;
 constexpr Real kDead = 1e-3, kPatience = 3, kPatienceInHeap = 1;
 /// In a heap, bodies spinning in place may sleep at a spin this many times larger.
 constexpr Real kSpinsInHeap = 10;
+/// Threads share a group of so many pairs.
+constexpr std::size_t kManyPairs = 128;
 
 /// Flags of a group.
 constexpr std::uint8_t kOtherMethod = 1, kAwake = 2;
@@ -269,12 +271,13 @@ void weigh_groups(const World& world, GroupScratch& r, const Budget* budget) {
   }
 }
 
-/// The pace of group i: its share of the time that is left, of all threads.
-Pace pace_of(const GroupScratch& r, std::size_t i, const StepTask& task) {
+/// The pace of group i: its share of the time that is left, where so many groups are stepped at
+/// once.
+Pace pace_of(const GroupScratch& r, std::size_t i, const StepTask& task, int at_once) {
   if (!task.budget) return {};
   const Clock::time_point now = Clock::now();
   const Real whole = r.weights[i], own = whole - r.weights[i + 1];
-  const Real share = whole > 0 ? std::min(Real(1), std::max(1, task.threads) * own / whole) : 0;
+  const Real share = whole > 0 ? std::min(Real(1), std::max(1, at_once) * own / whole) : 0;
   const auto time = std::chrono::duration_cast<Clock::duration>(share * (task.budget->until - now));
   return {now + time, r.cost * weight_of(r.groups[i])};
 }
@@ -311,18 +314,33 @@ void step_contact_groups(World& world, const StepTask& task) {
                  std::span(r.rest_contacts).subspan(g.first_contact, g.contacts),
                  std::span(r.rest_rows).subspan(g.first_resting, g.resting),
                  std::span(r.rest_links).subspan(g.first_link, g.links),
-                 world.time};
+                 world.time,
+                 {}};
   };
   weigh_groups(world, r, task.budget);
-  for_each_island(r.groups.size(), task, [&](std::size_t i) {
-    Pace pace = pace_of(r, i, task);
+  const auto step_one = [&](std::size_t i, Group g) {
+    Pace pace = pace_of(r, i, task, g.threads.are_many() ? 1 : task.threads.count);
     const Clock::time_point from = task.budget ? Clock::now() : Clock::time_point{};
-    step_group(group(r.groups[i]), h, pace);
+    step_group(g, h, pace);
     if (!task.budget) return;
     GroupCost& cost = r.costs[i];
     cost.seconds = std::chrono::duration<Real>(Clock::now() - from).count();
     cost.substeps = pace.taken(), cost.planned = pace.planned();
-  });
+  };
+  const auto is_large = [&](std::size_t i) {
+    return task.threads.are_many() && r.groups[i].pairs >= kManyPairs;
+  };
+  for (std::size_t from = 0, to = 0; from < r.groups.size(); from = to) {
+    if (to = from + 1; is_large(from)) {  // all threads work on it
+      Group large = group(r.groups[from]);
+      large.threads = task.threads;
+      step_one(from, large);
+      continue;
+    }
+    while (to < r.groups.size() && !is_large(to)) ++to;
+    for_each_island(to - from, task,
+                    [&](std::size_t i) { step_one(from + i, group(r.groups[from + i])); });
+  }
   learn_cost(r);
   for (const GroupScratch::Range& g : r.groups) write_group(world, group(g), h);
   for (const GroupScratch::Range& g : r.groups)

@@ -7,6 +7,7 @@
 #include "engine/base/block_envelope.hpp"
 #include "engine/base/invariants.hpp"
 #include "engine/base/math.hpp"
+#include "engine/base/threads.hpp"
 #include "engine/contact/contact_axes.hpp"
 #include "engine/contact/detect.hpp"
 #include "engine/contact/rolling_friction.hpp"
@@ -295,7 +296,8 @@ struct Group {
   std::span<RestContact> rest_contacts;
   std::span<const EnvelopeRow> rest_rows;
   std::span<RestLink> rest_links;
-  Real time = 0;  // s, at the start of the step
+  Real time = 0;    // s, at the start of the step
+  Threads threads;  // for this group alone
 
   GroupBody& a(const GroupContact& c) const { return bodies[c.a]; }
   GroupBody& b(const GroupContact& c) const { return bodies[c.b]; }

@@ -302,7 +302,7 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
   const Partition& partition = partition_of(world);
   const IslandVector& list = islands_of(world);
   const std::vector<Contact>& contacts = contacts_of(world);
-  r.order.clear(), r.groups.clear(), r.bodies.clear(), r.contacts.clear();
+  r.order.clear(), r.keys.clear(), r.groups.clear(), r.bodies.clear(), r.contacts.clear();
   r.nodes.clear(), r.trees.clear(), r.crosses.clear(), r.ties.clear(), r.rollings.clear();
   r.skins.clear();
   r.loops.clear(), r.looped.clear(), r.path_steps.clear(), r.numbers = 0;
@@ -313,11 +313,10 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
   for (std::uint32_t i = 0; i < contacts.size(); ++i) {
     if (!is_own(world, contacts[i].slot_a)) continue;
     const Island& a = list[owner_of(partition, contacts[i].slot_a).island];
-    if (a.in_group && !a.asleep) r.order.push_back(i);
+    if (a.in_group && !a.asleep) r.keys.push_back(std::uint64_t(group_at(i)) << 32 | i);
   }
-  std::sort(r.order.begin(), r.order.end(), [&](std::uint32_t i, std::uint32_t j) {
-    return std::pair(group_at(i), i) < std::pair(group_at(j), j);
-  });
+  std::sort(r.keys.begin(), r.keys.end());
+  for (const std::uint64_t key : r.keys) r.order.push_back(static_cast<std::uint32_t>(key));
   r.index.resize(world.bodies.size());
   for (std::size_t from = 0; from < r.order.size();) {
     std::size_t to = from;

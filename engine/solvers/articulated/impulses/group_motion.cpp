@@ -4,6 +4,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/impulses/group_resting.hpp"
+#include "engine/solvers/articulated/impulses/group_threads.hpp"
 #include "engine/solvers/articulated/impulses/group_ties.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
@@ -361,11 +362,11 @@ void release_tree(const Group& g, GroupTree& t, const GroupPart& part) {
 }  // namespace
 
 void move_trees(const Group& g, const GroupPart& part) {
-  for (GroupTree& t : g.trees) {
+  for_each_tree(g, [&](GroupTree& t) {
     set_goals(g, t, part);
     close_joints(g, t, place_of(t, part.end));
     keep_mass_centre(g, t, part);
-  }
+  });
 }
 
 bool are_open(const Group& g, Real times) {
@@ -481,7 +482,7 @@ bool shorten_cables(const Group& g, const GroupPart& part) {
 }
 
 void release_trees(const Group& g, const GroupPart& part) {
-  for (GroupTree& t : g.trees) release_tree(g, t, part);
+  for_each_tree(g, [&](GroupTree& t) { release_tree(g, t, part); });
 }
 
 }  // namespace pantin::detail::articulated

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "engine/solvers/articulated/impulses/group_points.hpp"
+#include "engine/solvers/articulated/impulses/group_threads.hpp"
 #include "engine/solvers/articulated/impulses/group_ties.hpp"
 
 namespace pantin::detail::articulated {
@@ -31,6 +32,25 @@ void prepare_ends(const Group& g, const GroupContact& c, std::uint32_t& known) {
   prepare_looped(g, c.a), prepare_looped(g, c.b);
   if (c.cross == known || c.cross == kNoNode) return;
   g.crosses[known = c.cross] = cross_response_of(g, c.a, c.b);
+}
+
+/// Prepares the contacts of pairs, of which those of the same two bodies follow one another.
+/// `sudden`: margin on closing speeds, m/s.
+void prepare_pairs(const Group& g, std::span<GroupPair> pairs, const Substep& s, Real sudden) {
+  std::uint32_t known = kNoNode;
+  for (GroupPair& p : pairs) {
+    bool any = false;
+    for (GroupContact& c : g.contacts.subspan(p.first, p.count)) {
+      follow(g, c);
+      place(g, c);
+      if (s.hard) lead(g, c, s.h);
+      c.works = is_near(g, c, s.reach, sudden);
+      if (!c.works) c.impulse = Vec3(0);
+      any = any || c.works;
+    }
+    if (any) prepare_ends(g, g.contacts[p.first], known);
+    prepare_pair(g, p);
+  }
 }
 
 }  // namespace
@@ -75,20 +95,19 @@ void prepare_group(const Group& g, const Substep& s) {
   for (const GroupBody& b : g.bodies) sudden = std::max(sudden, glm::length(b.velocity));
   for (GroupTie& t : g.ties)
     if (t.kind != GroupTie::Kind::rigid) prepare_tie(g, t, part.h);
-  std::uint32_t known = kNoNode;
-  for (GroupPair& p : g.pairs) {
-    bool any = false;
-    for (GroupContact& c : g.contacts.subspan(p.first, p.count)) {
-      follow(g, c);
-      place(g, c);
-      if (s.hard) lead(g, c, s.h);
-      c.works = is_near(g, c, s.reach, sudden);
-      if (!c.works) c.impulse = Vec3(0);
-      any = any || c.works;
-    }
-    if (any) prepare_ends(g, g.contacts[p.first], known);
-    prepare_pair(g, p);
-  }
+  if (!g.loops.empty()) return prepare_pairs(g, g.pairs, s, sudden);  // they share responses
+  // Pairs of the same two bodies share a response as well, and stay together.
+  const auto begin_of = [&](std::size_t i) {
+    const auto follows = [&](std::size_t p) {
+      return have_same_bodies(g.contacts[g.pairs[p].first], g.contacts[g.pairs[p - 1].first]);
+    };
+    while (i > 0 && i < g.pairs.size() && follows(i)) ++i;
+    return i;
+  };
+  in_parts(g.threads, g.pairs.size(), kLeastInPart, [&](const ListPart& of) {
+    const std::size_t begin = begin_of(of.begin), end = begin_of(of.end);
+    prepare_pairs(g, g.pairs.subspan(begin, end - begin), s, sudden);
+  });
 }
 
 void prepare_touching(const Group& g) {

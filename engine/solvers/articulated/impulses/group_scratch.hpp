@@ -23,6 +23,7 @@ struct GroupScratch {
   DisjointSets sets{0};                 // of islands
   std::vector<std::uint32_t> group_of;  // by island
   std::vector<std::uint8_t> flags;      // by group, which is its first island
+  std::vector<std::uint64_t> keys;      // of contacts: group and number
   std::vector<std::uint32_t> order;     // of contacts
   std::vector<std::uint32_t> index;     // of a body in its group, by slot
   std::vector<Range> groups;

@@ -14,6 +14,7 @@
 // The next visit costs as much as the joints between the two nodes.
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
+#include "engine/solvers/articulated/impulses/group_threads.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
@@ -273,7 +274,7 @@ Quat parent_rotation(const Group& g, const GroupNode& n) {
 }
 
 void prepare_trees(const Group& g, const GroupPart& part) {
-  for (GroupTree& t : g.trees) prepare_tree(g, t, part);
+  for_each_tree(g, [&](GroupTree& t) { prepare_tree(g, t, part); });
 }
 
 void visit(const Group& g, std::uint32_t node) {
