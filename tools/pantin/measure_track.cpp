@@ -3,7 +3,8 @@
 #include <cmath>
 
 #include "engine/base/rotation.hpp"
-#include "engine/contact/detect.hpp"
+#include "engine/geometry/kinds.hpp"
+#include "engine/geometry/surface.hpp"
 #include "tools/pantin/measure.hpp"
 
 namespace pantin::program {
@@ -12,13 +13,43 @@ namespace {
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 constexpr Apart kNotApart{0, 0, kUnknown, kUnknown};
 
+/// The distance of the farthest point of a convex shape from the mass centre, m: from all around,
+/// towards a farther one each time.
+double farthest_of(const Shape& shape) {
+  const auto support = traits_of(shape.kind).support;
+  double most = 0;
+  for (int start = 0; start < 27; ++start) {
+    Vec3 at(start % 3 - 1, start / 3 % 3 - 1, start / 9 - 1);
+    for (double far = -1; glm::length(at) > far * (1 + 1e-9);) {
+      far = far < 0 ? 0 : glm::length(at);
+      const Vec3 way = far > 0 ? at : at + Vec3(1e-3, 2e-3, 3e-3);
+      at = shape.local.position +
+           shape.local.rotation * support(shape, glm::conjugate(shape.local.rotation) * way);
+    }
+    most = std::max(most, glm::length(at));
+  }
+  return most;
+}
+
+double reach_about_centre(const Shape& shape) {
+  if (is_unbounded(shape.kind) || !is_complete(shape)) return 0;
+  double most = 0;
+  if (shape.surface && !shape.surface->points.empty()) {
+    for (const Vec3& p : shape.surface->points)
+      most = std::max(most, glm::length(shape.local.position + shape.local.rotation * p));
+    return most;
+  }
+  if (traits_of(shape.kind).support) return farthest_of(shape);
+  return glm::length(shape.local.position) + reach_of(shape);
+}
+
 double radius_of(const World& world, Entity e) {
-  const Shapes* shapes = world.shapes.find(e);
-  const double reach = shapes ? contact::extent_of(*shapes) : 0;
-  if (reach > 0 && std::isfinite(reach)) return reach;
+  double reach = 0;
+  if (const Shapes* shapes = world.shapes.find(e))
+    for (const Shape& s : shapes->list) reach = std::max(reach, reach_about_centre(s));
   const Body& b = world.bodies[e];
-  const double radius = radius_of_gyration(b.inertia, b.mass);
-  return std::isfinite(radius) ? radius : 0;
+  if (!(reach > 0)) reach = radius_of_gyration(b.inertia, b.mass);
+  return std::isfinite(reach) ? reach : 0;
 }
 
 /// Hermite's cubic: the weights of both ends' values and rates, at a part of an interval.
