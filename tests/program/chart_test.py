@@ -4,6 +4,7 @@ import json
 import math
 import os
 import pathlib
+import runpy
 import signal
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import time
 import unittest
 
 PANTIN = os.environ["PANTIN"]
+DRAW = runpy.run_path(str(pathlib.Path(__file__).parents[2] / "tools/pantin/draw.py"))
 SCENES = pathlib.Path(os.environ["PANTIN_ASSETS"]) / "scenes"
 ROD = {"name": "rod", "position": [0.5, 0, 0], "mass": 1, "inertia": [0.02, 0.1, 0.1], "drag": 0}
 PENDULUM = {"version": 1, "step": 0.02, "duration": 2, "bodies": [ROD],
@@ -218,6 +220,8 @@ class Chart(Charts):
         done = pantin("chart", SCENES / "heap.json", "--time", 0.1, "--out", self.folder / "short")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("the time was too short for two runs", done.stdout)
+        short = json.loads((self.folder / "short/chart.json").read_text())["scenes"][0]
+        self.assertIn("the time was too short for two runs", DRAW["words_of"](short)[0])
 
     def test_pictures(self):
         words = ["chart", self.scene(PENDULUM), "--out", self.folder / "p", "--rungs", 2,

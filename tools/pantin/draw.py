@@ -6,9 +6,11 @@ usage: draw.py chart|map FOLDER
 import html
 import json
 import math
+import os
 import pathlib
 import sys
 
+SYSTEM = "/usr/bin/python3"
 LEAST = 1e-17  # drawn for 0 on a logarithmic axis
 
 # Colours that everybody tells apart [Okabe & Ito], one for each method everywhere.
@@ -136,7 +138,8 @@ def words_of(scene):
     r = scene["reference"]
     lines = []
     if r["horizon_s"] <= 0:
-        lines.append("No reference: no method agrees with itself; errors are unknown.")
+        why = "no method agrees with itself" if r["tried"] else "the time was too short for two runs"
+        lines.append(f"No reference: {why}; errors are unknown.")
     else:
         step = f", steps of {1e3 * r['step_s']:.3g} ms" if r["step_s"] else ""
         own = (f"its own error, {r['position_m']:.1e} m, is the grey band" if r["position_m"] is not None
@@ -304,6 +307,9 @@ def main():
         matplotlib.use("Agg")
         import matplotlib.pyplot as plt
     except ImportError:
+        # Another python3 is first in the path, and the system's may have it.
+        if os.path.exists(SYSTEM) and not os.path.samefile(sys.executable, SYSTEM):
+            os.execv(SYSTEM, [SYSTEM, "-B", *sys.argv])
         print("pantin: no pictures: python3 found no matplotlib (Debian package python3-matplotlib); "
               "all numbers are written", file=sys.stderr)
         return 77
