@@ -96,7 +96,8 @@ void add_core_contact(const SweptSearch& s, Findings& at, const ColliderShape& a
 
 void collide_shapes(const Swept& with, Findings& at, const ColliderShape& a,
                     const ColliderShape& b) {
-  const auto& [s, search] = with;
+  const SweptSearch& s = with.s;
+  const Search& search = with.search;
   PANTIN_ASSERT(a.slot != b.slot && can_move(a.shape->kind));
   const bool bounded = !is_unbounded(b.shape->kind);
   const Real extent = bounded ? glm::min(a.extent, b.extent) : a.extent;
@@ -114,7 +115,8 @@ void collide_shapes(const Swept& with, Findings& at, const ColliderShape& a,
 
 /// Collides a shape of a body that a solver moves with obstacles that have no solver.
 void collide_obstacles(const Swept& with, Findings& at, const ColliderShape& a) {
-  const auto& [s, search] = with;
+  const SweptSearch& s = with.s;
+  const Search& search = with.search;
   const auto collide_with = [&](const ColliderShape& b) {
     if (s.rests(a.slot) && s.rests(b.slot)) return;
     if (may_collide(s, search, a.slot, b.slot)) collide_shapes(with, at, a, b);
@@ -140,7 +142,8 @@ bool look_up(const SweptSearch& s, const Search& search, ColliderShape& at) {
 /// Calls `take(shape)` for each resting shape near a box.
 template <class Take>
 void each_resting(const Swept& with, const Aabb& near, const Take& take) {
-  const auto& [s, search] = with;
+  const SweptSearch& s = with.s;
+  const Search& search = with.search;
   const auto give = [&](ColliderShape at) {
     if (look_up(s, search, at)) take(at);
   };
@@ -151,7 +154,8 @@ void each_resting(const Swept& with, const Aabb& near, const Take& take) {
 
 /// Collides a shape of a body that a solver moves with resting colliders.
 void collide_resting(const Swept& with, Findings& at, const ColliderShape& a) {
-  const auto& [s, search] = with;
+  const SweptSearch& s = with.s;
+  const Search& search = with.search;
   each_resting(with, a.box.grown(s.reach_if_struck(a.slot) + kContactSlop * a.extent),
                [&](const ColliderShape& b) {
                  const bool both = s.is_moved(b.slot);
@@ -164,7 +168,8 @@ void collide_resting(const Swept& with, Findings& at, const ColliderShape& a) {
 
 /// Collides a moving obstacle with sleeping bodies.
 void strike_resting(const Swept& with, Findings& at, const ColliderShape& b) {
-  const auto& [s, search] = with;
+  const SweptSearch& s = with.s;
+  const Search& search = with.search;
   if (s.rests(b.slot)) return;
   const bool bounded = !is_unbounded(b.shape->kind);
   const Aabb everywhere{Vec3(-1e300), Vec3(1e300)};
