@@ -77,7 +77,7 @@ void set_surface(const SweptSearch& s, Contact& c, const MaterialPair* given) {
 /// A body that may rotate far in one step moves its features away from their contact points. A ball
 /// inside the body is independent of rotation and gets a contact of its own. That contact has
 /// friction as well, for it carries a part of the load.
-void add_core_contact(const SweptSearch& s, Findings& at, const ColliderShape& a,
+void add_core_contact(const SweptSearch& s, PointSearch& at, const ColliderShape& a,
                       const ColliderShape& b) {
   if (at.points.empty() || s.reach_of(a.slot) < a.extent || traits_of(a.shape->kind).is_round)
     return;
@@ -94,7 +94,7 @@ void add_core_contact(const SweptSearch& s, Findings& at, const ColliderShape& a
       {a.slot, b.slot, key_of(a.index, b.index, core.feature), at.found.back().pair, core});
 }
 
-void collide_shapes(const Swept& with, Findings& at, const ColliderShape& a,
+void collide_shapes(const Swept& with, PointSearch& at, const ColliderShape& a,
                     const ColliderShape& b) {
   const SweptSearch& s = with.s;
   const Search& search = with.search;
@@ -114,7 +114,7 @@ void collide_shapes(const Swept& with, Findings& at, const ColliderShape& a,
 }
 
 /// Collides a shape of a body that a solver moves with obstacles that have no solver.
-void collide_obstacles(const Swept& with, Findings& at, const ColliderShape& a) {
+void collide_obstacles(const Swept& with, PointSearch& at, const ColliderShape& a) {
   const SweptSearch& s = with.s;
   const Search& search = with.search;
   const auto collide_with = [&](const ColliderShape& b) {
@@ -153,7 +153,7 @@ void each_resting(const Swept& with, const Aabb& near, const Take& take) {
 }
 
 /// Collides a shape of a body that a solver moves with resting colliders.
-void collide_resting(const Swept& with, Findings& at, const ColliderShape& a) {
+void collide_resting(const Swept& with, PointSearch& at, const ColliderShape& a) {
   const SweptSearch& s = with.s;
   const Search& search = with.search;
   each_resting(with, a.box.grown(s.reach_if_struck(a.slot) + kContactSlop * a.extent),
@@ -167,7 +167,7 @@ void collide_resting(const Swept& with, Findings& at, const ColliderShape& a) {
 }
 
 /// Collides a moving obstacle with sleeping bodies.
-void strike_resting(const Swept& with, Findings& at, const ColliderShape& b) {
+void strike_resting(const Swept& with, PointSearch& at, const ColliderShape& b) {
   const SweptSearch& s = with.s;
   const Search& search = with.search;
   if (s.rests(b.slot)) return;
@@ -186,19 +186,26 @@ template <class Find>
 void find_each(const SweptSearch& s, Search& search, std::size_t count, const Find& find) {
   const std::size_t needed = s.threads.are_many() ? kMostParts : 1;
   if (search.workers.size() < needed) search.workers.resize(needed);
+  if (needed == 1) {
+    PointSearch& at = search.workers.front();
+    std::swap(at.found, search.found);  // they are appended where they stay
+    for (std::size_t i = 0; i < count; ++i) find(i, at);
+    std::swap(at.found, search.found);
+    return;
+  }
   const std::size_t parts = in_parts(s.threads, count, kLeastInPart, [&](const ListPart& part) {
-    Findings& at = search.workers[part.number];
+    PointSearch& at = search.workers[part.number];
     at.found.clear();
     for (std::size_t i = part.begin; i < part.end; ++i) find(i, at);
   });
-  for (const Findings& at : std::span(search.workers).first(parts))
+  for (const PointSearch& at : std::span(search.workers).first(parts))
     search.found.insert(search.found.end(), at.found.begin(), at.found.end());
 }
 
 void find_points(const SweptSearch& s, Search& search) {
   const Swept with{s, search};
   search.found.clear();
-  find_each(s, search, search.colliders.size(), [&](std::size_t i, Findings& at) {
+  find_each(s, search, search.colliders.size(), [&](std::size_t i, PointSearch& at) {
     const Collider& c = search.colliders[i];
     PANTIN_ASSERT(is_part(c.first, c.count, search.shapes.size()));
     for (std::uint32_t p = c.first; p < c.first + c.count; ++p) {
@@ -206,11 +213,11 @@ void find_points(const SweptSearch& s, Search& search) {
       if (!c.rests) collide_resting(with, at, search.shapes[p]);
     }
   });
-  find_each(s, search, 1, [&](std::size_t, Findings& at) {
+  find_each(s, search, 1, [&](std::size_t, PointSearch& at) {
     for (const ColliderShape& b : search.obstacles.unbounded) strike_resting(with, at, b);
     for (const ColliderShape& b : search.obstacles.shapes) strike_resting(with, at, b);
   });
-  find_each(s, search, search.pairs.size(), [&](std::size_t i, Findings& at) {
+  find_each(s, search, search.pairs.size(), [&](std::size_t i, PointSearch& at) {
     const std::uint64_t pair = search.pairs[i];
     PANTIN_ASSERT((pair >> 32) < search.colliders.size() &&
                   (pair & 0xffffffff) < search.colliders.size());

@@ -86,7 +86,7 @@ const ContactPoint& nearest_of(const std::vector<ContactPoint>& points) {
 struct MovingPair {
   Moving a, b;
   Real size, margin;  // m: of the smaller shape; search distance of points
-  Findings& at;
+  PointSearch& at;
 
   /// Closing speed at a point, m/s.
   Real closing(const ContactPoint& p, Real t) const {
@@ -159,7 +159,7 @@ void look_ahead(const SweptSearch& s, const MovingPair& m, Real way) {
 
 }  // namespace
 
-void advance_to_impact(const Swept& with, Findings& at, const ColliderShape& on_a,
+void advance_to_impact(const Swept& with, PointSearch& at, const ColliderShape& on_a,
                        const ColliderShape& on_b) {
   const SweptSearch& s = with.s;
   std::vector<ContactPoint>& points = at.points;

@@ -31,9 +31,9 @@ struct Swept {
 };
 
 /// For two convex shapes that would meet within the step, given their points at its start: replaces
-/// Findings::points by those of where they meet or pass, mapped back to the start. Otherwise balls
-/// that collide off-centre would be deflected along the normal of the step before.
-void advance_to_impact(const Swept& with, Findings& at, const ColliderShape& a,
+/// PointSearch::points by those of where they meet or pass, mapped back to the start. Otherwise
+/// balls that collide off-centre would be deflected along the normal of the step before.
+void advance_to_impact(const Swept& with, PointSearch& at, const ColliderShape& a,
                        const ColliderShape& b);
 
 /// Rounding radius of a shape at a contact, m: the contact point keeps that distance along the

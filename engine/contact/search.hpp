@@ -145,7 +145,7 @@ struct Flights {
 };
 
 /// What one thread finds, and its scratch memory.
-struct Findings {
+struct PointSearch {
   std::vector<FoundPoint> found;
   std::vector<ContactPoint> points;    // of one pair
   std::vector<ContactPoint> at_start;  // `points` at the start of the step
@@ -169,7 +169,7 @@ struct Search {
   std::vector<FoundPoint> found;
   std::vector<PointKey> keys;
   std::vector<std::uint32_t> order;  // of those
-  std::vector<Findings> workers;     // by part of the search, at least one after it
+  std::vector<PointSearch> workers;  // by part of the search, at least one after it
   // Sensors: how many there are, their shapes, those without bounds, those with.
   std::size_t sensors = 0;
   std::vector<ColliderShape> sensor_shapes;

@@ -26,7 +26,7 @@ struct StepSettings {
   bool measure = false;  // fill StepReport::measures after each step
   bool watch = false;    // list what makes the result doubtful: see Simulation::findings()
   /// The program's own thread pool, instead of `threads`: called with the islands of each stage,
-  /// and some hundred times a step with at most 32 parts of a large group in contact. The result
+  /// and some dozen times a step with at most 32 parts of a large group in contact. The result
   /// does not depend on their distribution, nor on the number of threads.
   RunJobs run_jobs = {};
   /// Decides whether two bodies collide. It is called once when two bodies come so near that they

@@ -40,7 +40,7 @@ struct Measures {
 /// Cost of a group of bodies in contact in the last substep of a step with StepSettings::budget.
 struct GroupCost {
   Entity body;                    // one of them
-  Real seconds = 0;               // all threads
+  Real seconds = 0;               // elapsed
   int substeps = 0, planned = 0;  // taken, and what accuracy asks for
 };
 

@@ -308,7 +308,7 @@ def main():
         import matplotlib.pyplot as plt
     except ImportError:
         # Another python3 is first in the path, and the system's may have it.
-        if os.path.exists(SYSTEM) and not os.path.samefile(sys.executable, SYSTEM):
+        if os.path.exists(SYSTEM) and sys.executable != SYSTEM:
             os.execv(SYSTEM, [SYSTEM, "-B", *sys.argv])
         print("pantin: no pictures: python3 found no matplotlib (Debian package python3-matplotlib); "
               "all numbers are written", file=sys.stderr)

@@ -46,6 +46,7 @@ struct FlatLink {
   std::uint32_t link = 0;  // slot
   std::uint32_t a = 0, b = 0;
 };
+
 /// Whether the angle of a joint stops at its limits.
 inline bool has_stops(const Joint& joint) {
   const AngleLimit& range = joint.limits->angle;
