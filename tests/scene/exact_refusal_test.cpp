@@ -143,6 +143,12 @@ TEST_CASE("Springs, friction and motors that do nothing, or two things at once, 
   CHECK(at_point(R"("kind": "prismatic", "motor": {"velocity_deg": 1, "gain": 1})") ==
         Lines{"t.json:5:53: /joints/0/motor/velocity_deg: found \"velocity_deg\" for a travel, "
               "expected \"velocity\" in m or m/s"});
+  CHECK(at_point(R"("kind": "hinge", "motor": {"velocity": 2e9, "gain": 1})") ==
+        Lines{"t.json:5:61: /joints/0/motor/velocity: found 2e9, expected a number between -1e9 "
+              "and 1e9"});
+  CHECK(at_point(R"("kind": "hinge", "motor": {"velocity_deg": 2e9, "gain": 1})") ==
+        Lines{"t.json:5:65: /joints/0/motor/velocity_deg: found 2e9, expected a rate in "
+              "degrees/s, between -1e9 and 1e9"});
 }
 
 TEST_CASE("Gears that couple nothing are refused") {

@@ -74,6 +74,10 @@ TEST_CASE("Springs, friction and motors act on the turn of a hinge and on the sl
     CHECK((turn.motor.kind == MotorKind::velocity && turn.motor.gain == 7 && turn.motor.cap == 8));
     CHECK(turn.motor.target == Approx(2 * kPi));
   }
+  // A rate is no angle, and has bounds of its own.
+  const auto fast = joint_of(
+      joined(R"("kind": "hinge", "anchor": [0, 0, 0], "motor": {"velocity": -2e5, "gain": 1})"));
+  CHECK(fast.parameters->rotation.motor.target == -2e5);
   const JointParameters slider = *joint_of(joined(R"("kind": "prismatic", "anchor": [0, 0, 0],
 "motor": {"position": 0.5, "gain": 7, "damping": 1}, "limits": {"travel": [-0.5, 1], "restitution": 0.25})"))
                                       .parameters;

@@ -39,7 +39,7 @@ constexpr AnyOf kFrictionNeeds[] = {{"viscous dry",
 
 constexpr Key kMotor[] = {
     number("velocity", "rad/s", kAnyNumber, "Target rate; m/s for a translation."),
-    number("velocity_deg", "degrees/s", kDegrees, "The same for an angle."),
+    number("velocity_deg", "degrees/s", kDegreesRate, "The same for an angle."),
     number("position", "rad", kAnyNumber, "Target coordinate; m for a translation."),
     angle_deg("position_deg", "The same for an angle."),
     number<&M::gain>(
@@ -95,16 +95,13 @@ void check_keys(const Reader& from, JointKind kind) {
 }  // namespace
 
 Real read_coordinate(const Reader& from, std::string_view key, Coordinate along) {
-  if (along == Coordinate::travel) {
-    const std::string key_deg = std::string(key) + "_deg";
-    if (from.has(key_deg))
-      from.error_at_key(key_deg, "found \"" + key_deg + "\" for a travel, expected \"" +
-                                     std::string(key) + "\" in m or m/s");
-    return from.number(key, 0);
-  }
-  Real angle = 0;
-  read_angles(from, key, {&angle, 1});
-  return angle;
+  const std::string key_deg = std::string(key) + "_deg";
+  const bool in_degrees = from.has(key_deg);
+  if (in_degrees && along != Coordinate::travel) return from.number(key_deg, 0) * (kPi / 180);
+  if (in_degrees)
+    from.error_at_key(key_deg, "found \"" + key_deg + "\" for a travel, expected \"" +
+                                   std::string(key) + "\" in m or m/s");
+  return from.number(key, 0);
 }
 
 namespace {

@@ -31,6 +31,7 @@ inline constexpr Range kSize{1e-9, kMaxMagnitude, "a size from 1e-9 to 1e9 m"};
 inline constexpr Range kWeight{1e-12, 1e12, "a number from 1e-12 to 1e12"};  // mass, density
 inline constexpr Range kUnit{0, 1, "a number from 0 to 1"};
 inline constexpr Range kDegrees{-1e6, 1e6, "an angle in degrees, between -1e6 and 1e6"};
+inline constexpr Range kDegreesRate{-1e9, 1e9, "a rate in degrees/s, between -1e9 and 1e9"};
 inline constexpr Range kRadians{-1e4, 1e4, "an angle in rad, between -1e4 and 1e4"};
 inline constexpr Range kTime{-1e6, 1e6, "a time in seconds, between -1e6 and 1e6"};
 

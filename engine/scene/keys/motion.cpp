@@ -23,7 +23,7 @@ constexpr Key kMotion[] = {
            "m for a travel. Default: such that the joint starts where it stands."),
     angle_deg("offset_deg", "The same for an angle."),
     number("speed", "rad/s", kAnyNumber, "m/s for a travel.").or_else(0),
-    number("speed_deg", "degrees/s", kDegrees, "The same for an angle."),
+    number("speed_deg", "degrees/s", kDegreesRate, "The same for an angle."),
     number("amplitude", "rad", kAnyNumber, "Of a sine; m for a travel.").or_else(0),
     angle_deg("amplitude_deg", "The same for an angle."),
     number<&M::frequency>("frequency", "Hz", kAnyNumber, "Of the sine."),
