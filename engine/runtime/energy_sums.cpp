@@ -13,9 +13,14 @@ namespace {
 struct Speeds {
   Vec3 before, after, mean;
 };
-/// The largest of the powers of a force at these velocities, W.
-Real most_power(Vec3 force, const Speeds& v) {
-  return std::max({glm::dot(force, v.mean), glm::dot(force, v.before), glm::dot(force, v.after)});
+/// The largest and the least of the powers of a force at these velocities, W.
+struct Powers {
+  Real most, least;
+};
+Powers powers_of(Vec3 force, const Speeds& v) {
+  const auto [least, most] =
+      std::minmax({glm::dot(force, v.mean), glm::dot(force, v.before), glm::dot(force, v.after)});
+  return {most, least};
 }
 
 }  // namespace
@@ -75,9 +80,11 @@ void EnergyAccount::add_body(const World& world, std::uint32_t slot, Real h, Sum
   sums.is_slowed = sums.is_slowed || b.drag > 0;
   if (!is_forced) return;
   const Vec3 turning = angular_velocity_between(s.pose.rotation, b.pose.rotation, h);
-  const Real work = h * (most_power(s.force, {s.velocity, b.velocity, way}) +
-                         most_power(s.torque, {s.angular_velocity, b.angular_velocity, turning}));
+  const Powers push = powers_of(s.force, {s.velocity, b.velocity, way}),
+               twist = powers_of(s.torque, {s.angular_velocity, b.angular_velocity, turning});
+  const Real work = h * (push.most + twist.most);
   sums.work += work, sums.works += std::abs(work);
+  sums.paid += h * (push.most - push.least + twist.most - twist.least);  // it may have done less
 }
 
 void EnergyAccount::add_sums(const World& world, const Sums& s, Group& g, Real h) {

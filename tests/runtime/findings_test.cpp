@@ -134,6 +134,24 @@ TEST_CASE("energy that nobody brought is told as soon as it is there") {
   CHECK(gains == 2);
 }
 
+TEST_CASE("a free body that is pushed for a step, at any time, lost nothing") {
+  for (const int wait : {0, 2, 5, 40}) {
+    World w;
+    w.gravity = Vec3(0);
+    Body b;
+    b.drag = 0;
+    const Entity body = w.add_body(b);
+    Simulation sim(std::move(w), {1.0 / 60});
+    for (int i = 0; i < wait; ++i) sim.step();
+    sim.world.forces.add(body, {{120, 0, 0}, {0, 3, 0}});
+    sim.step();
+    sim.world.forces.remove(body);
+    for (int i = 0; i < 60; ++i) sim.step();
+    CHECK(measure(sim.world).kinetic > 1);
+    CHECK(sim.findings().empty());
+  }
+}
+
 TEST_CASE("pushes on many bodies hide no more energy than their own work") {
   // Forty rods in a row move along; half of them are pushed, the others braked as much. Half of
   // their energy once more is nobody's work.
