@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <limits>
 #include <numeric>
 
 #include "engine/base/archive.hpp"
@@ -323,6 +324,20 @@ Planting plant_trees(Builder& b, const std::vector<std::uint32_t>& slots,
   return all;
 }
 
+/// Whether the bodies are alike enough in mass, and thick enough, for iterations with the matrices
+/// of the one before: among others a small rotation of one is a large change for another.
+bool is_even(const Island& a) {
+  constexpr Real kMostMassRatio = 8, kLeastMomentRatio = 1e-2;
+  Real lightest = std::numeric_limits<Real>::infinity(), heaviest = 0;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const Real mass = a.constants.at(kMass, c);
+    const Vec3 i = a.constants.vec(kInertia, c);
+    lightest = std::min(lightest, mass), heaviest = std::max(heaviest, mass);
+    if (std::min({i.x, i.y, i.z}) < kLeastMomentRatio * std::max({i.x, i.y, i.z})) return false;
+  }
+  return heaviest <= kMostMassRatio * lightest;
+}
+
 void pack_bodies(const World& world, const Planting& all, Island& a) {
   PANTIN_ASSERT(all.anchors.size() == a.trees.size());
   const std::vector<Visit>& visits = all.visits;
@@ -352,6 +367,7 @@ void pack_bodies(const World& world, const Planting& all, Island& a) {
     a.links[first] = anchor->link;
     a.constants.set(kOwnAnchor, first, anchor->anchor);
   }
+  a.is_even = is_even(a);
   a.is_chain = a.trees.size() == 1;
   for (std::size_t c = 1; c < visits.size(); ++c)
     a.is_chain = a.is_chain && a.parents[c] == static_cast<std::int32_t>(c) - 1;

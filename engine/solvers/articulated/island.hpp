@@ -286,6 +286,7 @@ struct IslandStructure {
   LaneTable constants;                // see Constant
   Real size = 0;                      // m, longest path through the joints; scales tolerances
   Real mass = 0;                      // kg
+  bool is_even = false;               // see is_even() in compile.cpp
   bool is_chain = false;              // every parent is the previous column: fast path
   Entity unfit;                       // a body for which no step can be computed, or none
 
@@ -300,6 +301,7 @@ struct IslandStructure {
     field("constants", self.constants);
     field("size", derived(self.size));
     field("mass", derived(self.mass));
+    field("is_even", derived(self.is_even));
     field("is_chain", derived(self.is_chain));
     field("unfit", derived(self.unfit));
   }

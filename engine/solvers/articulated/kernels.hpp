@@ -88,6 +88,10 @@ struct ConservingTies {
 /// The unknowns: displacements that reduce the residual, or the allowed velocities.
 enum class Unknown : std::uint8_t { displacement, velocity };
 
+/// What the impulses that damp unresolved motion of joints do to the energy at the end of a step:
+/// nothing, there being none; dampers only remove energy; drives and motors may also add some.
+enum class AtEnd : std::uint8_t { keeps, damps, drives };
+
 /// Joints that constrain rotations, or exert torques, in a step by the energy-momentum method:
 /// their elimination replaces that of the kernels.
 struct ConservingJoints {
@@ -98,8 +102,8 @@ struct ConservingJoints {
   void (*outward)(void* context, Unknown);
   /// After the iterations: rotates the bodies to remove the remaining error of the joints' rows.
   void (*align)(void* context);
-  /// Adds the work of the joints' torques, J. False if dampers dissipate energy at the end.
-  bool (*add_work)(void* context, double& released);
+  /// Adds the work of the joints' torques, J.
+  AtEnd (*add_work)(void* context, double& released);
 };
 
 /// A step by the energy-momentum method. Arrays hold 3 numbers a tree.
@@ -112,6 +116,7 @@ struct ConservingInput {
   int most_iterations;
   double enough;                   // rad: tolerance, largest rotation of the last iteration
   double enough_next;              // rad: the same for the next one, predicted from the last two
+  bool may_keep;                   // matrices of an iteration serve the next ones
   bool still;                      // every tree is held, and no anchor moves
   bool knows_work;                 // all work on the island is known
   bool divisible;                  // large rotations may be left to shorter steps
@@ -119,6 +124,7 @@ struct ConservingInput {
   const ConservingTies* ties;      // or null
   const ConservingJoints* joints;  // or null
   double most_due;                 // largest accepted ratio of due to computed energy
+  double most_gain;                // largest accepted gain of kinetic energy, as a fraction
 };
 
 /// Cables of a batch of islands of equal structure: the common data.

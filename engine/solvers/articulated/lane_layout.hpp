@@ -66,7 +66,8 @@ enum ConservingRow : std::size_t {
   kMeanReach = 16,      // 3
   kImpulse = 19,        // 3, residual of the translation, or momentum, kg m/s
   kTorqueImpulse = 22,  // 3, about the own joint, kg m^2/s
-  kTurn = 25,           // 9, derivative of the torque impulse, by rows
+  kTurn = 25,           // 9, derivative of the torque impulse, by rows; once it is eliminated,
+                        // the inverse of the whole one, for iterations that keep it
   kConservingRows = kTurn + 9
 };
 static_assert(std::size_t{kConservingRows} <= std::size_t{kWorkRows});

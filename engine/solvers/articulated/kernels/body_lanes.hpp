@@ -7,6 +7,10 @@
 namespace pantin::detail::articulated {
 namespace {
 
+/// The matrices of an elimination: renewed; those kept of an iteration before; or, in some islands
+/// renewed, in others kept.
+enum class Factor : std::uint8_t { renewed, kept, mixed };
+
 /// State of a vector of bodies at the start of a step, after half its drag.
 template <class F>
 struct StartState {
@@ -46,6 +50,19 @@ class BodyLanes {
   INLINE double* work(std::size_t i) const { return column(p.work, kWorkRows, i); }
   INLINE double* memory(std::size_t i) const { return column(p.memory, kMemoryRows, i); }
   INLINE double* node(std::size_t i) const { return p.nodes + kNodeSize * i; }
+  bool may_keep() const { return in.may_keep; }
+  template <class Do>
+  INLINE void renew(std::size_t i, Factor /*factor*/, const Do& write) const {
+    write(node(i));
+  }
+  template <class T>
+  static INLINE T renewed(Factor /*factor*/, T now, T /*before*/) {
+    return now;
+  }
+  template <class T>
+  static INLINE T kept(Factor /*factor*/, T now, T /*before*/) {
+    return now;
+  }
   INLINE const double* forces(std::size_t i) const {
     return p.forces ? column(p.forces, 6, i) : nullptr;
   }
@@ -103,6 +120,7 @@ class BodyLanes {
   static double of_island(double x, int /*island*/) { return x; }
   static INLINE Four factors_of(const double (&factors)[1]) { return all(factors[0]); }
 
+  void choose_factor(int /*island*/, Factor /*factor*/) const {}
   /// Islands whose iterations have ended keep their values.
   void stop(int /*island*/) const {}
   template <class T>

@@ -30,6 +30,8 @@ struct ConservingStep : ConservingIterate<Lanes> {
   using Iterate::lanes, Iterate::in, Iterate::h, Iterate::h4, Iterate::per, Iterate::kNumber;
   using typename Iterate::N;
   using typename Iterate::P;
+  /// Largest share of an error that an iteration with kept matrices may leave.
+  static constexpr double kKeepsWell = 0.03;
   /// Length of the Cayley vector of a rotation by 2 rad.
   static constexpr double kMostTurned = 3.11;
 
@@ -37,8 +39,12 @@ struct ConservingStep : ConservingIterate<Lanes> {
   struct Course {
     bool runs = true, solved = false;
     double largest2 = 0;  // square of the largest rotation of the last iteration, rad^2
-    double released = 0;  // J, by joints and ties
-    bool keeps = true;    // only the projection removes energy at the end
+    double since = 0;     // rad: sum of the largest rotations since the matrices were renewed
+    Factor next = Factor::renewed;
+    int kept = 0;            // iterations since then
+    bool keeps_well = true;  // they have converged so far
+    double released = 0;     // J, by joints and ties
+    AtEnd at_end = AtEnd::keeps;
   };
 
   ConservingStep(Lanes& islands, const ConservingInput& common) : Iterate(islands, common) {
@@ -67,10 +73,40 @@ struct ConservingStep : ConservingIterate<Lanes> {
     lanes.stop(island);
   }
 
+  /// The matrices of the next iteration of all islands that run.
+  Factor next_factor() const {
+    bool renewed = false, kept = false;
+    for (const Course& c : course)
+      if (c.runs) (c.next == Factor::kept ? kept : renewed) = true;
+    return renewed && kept ? Factor::mixed : kept ? Factor::kept : Factor::renewed;
+  }
+  /// After an iteration: whether the next one, by its prediction, has nothing to do, and its
+  /// matrices. With new ones it rotates by about the square of this one; with kept ones by the
+  /// product of this one and of all since their renewal, or by the share that the last one left of
+  /// the one before. Matrices are kept where two more iterations with them are enough.
+  bool is_near(Course& c, int l, double before2, int n) {
+    const ConservingInput& own = lanes.input(l);
+    const double largest = ::sqrt(c.largest2), before = ::sqrt(before2);
+    double left = largest;
+    if (c.next == Factor::kept) {
+      c.since += largest, left = c.since;
+      if (c.kept++ > 0 && largest > left * before) left = largest / before;
+      c.keeps_well = left < kKeepsWell;
+    } else {
+      c.since = largest, c.kept = 0;
+    }
+    const double enough = own.enough * own.enough;
+    const double most = own.enough_next > enough ? own.enough_next : enough;
+    const bool keeps = own.may_keep && c.keeps_well && left * left * left * largest < most;
+    c.next = keeps ? Factor::kept : Factor::renewed;
+    lanes.choose_factor(l, c.next);
+    return left * largest < enough || (n > 0 && c.largest2 < own.enough_next * before);
+  }
+
   /// One Newton iteration: eliminates, solves for the unknowns, rotates the bodies.
-  void iterate() {
+  void iterate(Factor factor) {
     if (lanes.has_ties()) lanes.load_ties();
-    this->template inward<Unknown::displacement>();
+    this->template inward<Unknown::displacement>(factor);
     const double* held = lanes.ways();
     if constexpr (Lanes::kHooks)
       if (in.joints) in.joints->outward(in.joints->context, Unknown::displacement);
@@ -102,6 +138,15 @@ struct ConservingStep : ConservingIterate<Lanes> {
     });
   }
 
+  void fill_for(Factor factor) {
+    if (factor == Factor::kept)
+      this->template fill_all<Unknown::displacement, Factor::kept>();
+    else if (factor == Factor::mixed)
+      this->template fill_all<Unknown::displacement, Factor::mixed>();
+    else
+      this->template fill_all<Unknown::displacement>();
+  }
+
   /// Newton iterations of all islands.
   void solve() {
     for (std::size_t i = 0; i < count(); i += Lanes::kAtOnce) this->guess(i);
@@ -110,22 +155,20 @@ struct ConservingStep : ConservingIterate<Lanes> {
       if (!(Lanes::of_island(found, l) < HUGE_VAL)) stop(l, End::failed);
     });
     this->template fill_all<Unknown::displacement>();
+    Factor factor = Factor::renewed;
     for (int n = 0; n < in.most_iterations && any_runs(); ++n) {
       double before2[Lanes::kIslands];
       bool near[Lanes::kIslands] = {};
       for_each_island([&](Course& c, int l) { before2[l] = c.largest2; });
-      iterate();
-      for_each_island([&](Course& c, int l) {
-        const ConservingInput& own = lanes.input(l);
-        near[l] = c.runs && (c.largest2 < own.enough * own.enough ||
-                             (n > 0 && c.largest2 < own.enough_next * ::sqrt(before2[l])));
-      });
+      iterate(factor);
+      for_each_island([&](Course& c, int l) { near[l] = c.runs && is_near(c, l, before2[l], n); });
       move_roots();
       for_each_island([&](Course&, int l) {
         if (near[l] && !lanes.has_ties()) stop(l, End::solved);
       });
       if (!any_runs()) break;
-      this->template fill_all<Unknown::displacement>();
+      factor = next_factor();
+      fill_for(factor);
       if (lanes.has_ties()) lanes.settle_ties(near);
       for_each_island([&](Course&, int l) {
         if (near[l]) stop(l, End::solved);
@@ -199,7 +242,7 @@ struct ConservingStep : ConservingIterate<Lanes> {
       else if (lanes.has_ties() && !lanes.accept_ties(l, c.released))
         c.solved = false;
       if constexpr (Lanes::kHooks)
-        if (c.solved && in.joints) c.keeps = in.joints->add_work(in.joints->context, c.released);
+        if (c.solved && in.joints) c.at_end = in.joints->add_work(in.joints->context, c.released);
     });
   }
 
@@ -232,7 +275,7 @@ struct ConservingStep : ConservingIterate<Lanes> {
   /// work at anchors that belongs to the anchors' end velocities.
   bool scales(const Course& c, int l, Energies e, double& factor) const {
     const ConservingInput& own = lanes.input(l);
-    if (!(c.keeps && own.knows_work)) return true;
+    if (!own.knows_work || c.at_end == AtEnd::drives) return true;
     const bool struck = lanes.is_struck(l);  // an impact dissipates energy, it adds none
     const bool still = own.still && !struck;
     const double by_places = 2 * lanes.place_work(l);
@@ -240,7 +283,8 @@ struct ConservingStep : ConservingIterate<Lanes> {
     const double rounding = still ? 0 : 1e-3 * (e.works + ::fabs(e.by_anchors) + ::fabs(by_places));
     // Beyond rounding errors of the weight's work.
     const bool moves = e.found > 1e-10 * e.weight;
-    if (moves && !(due + rounding >= 0.99 * e.found)) return false;
+    if (moves && !(due + rounding >= (1 - own.most_gain) * e.found)) return false;
+    if (c.at_end != AtEnd::keeps) return true;
     if (moves && !struck && due > own.most_due * e.found) return false;
     if (moves && still) factor = due < 1.2 * e.found ? ::sqrt(due / e.found) : ::sqrt(1.2);
     return true;

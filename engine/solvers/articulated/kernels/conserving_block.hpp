@@ -45,12 +45,11 @@ template <class F>
 struct Outer {
   Vec<F> x{all<F>(0), all<F>(0), all<F>(0)}, y = x, z = x;
   INLINE void add(Vec<F> a, Vec<F> b) { x = x + a.x * b, y = y + a.y * b, z = z + a.z * b; }
-  /// With the trace subtracted from the diagonal: a (b . t) - t (a . b) = (t x a) x b.
-  INLINE void put_crossed(double* k, std::size_t row) const {
+  /// A row, with the trace subtracted from the diagonal: a (b . t) - t (a . b) = (t x a) x b.
+  INLINE Vec<F> crossed(std::size_t row) const {
     const F trace = x.x + y.y + z.z;
-    put(k, row, Vec<F>{x.x - trace, x.y, x.z});
-    put(k, row + 3, Vec<F>{y.x, y.y - trace, y.z});
-    put(k, row + 6, Vec<F>{z.x, z.y, z.z - trace});
+    if (row == 0) return {x.x - trace, x.y, x.z};
+    return row == 1 ? Vec<F>{y.x, y.y - trace, y.z} : Vec<F>{z.x, z.y, z.z - trace};
   }
 };
 

@@ -70,8 +70,9 @@ struct ConservingIterate {
 
   static INLINE P size_of(P x) { return choose(x > all<P>(0), x, all<P>(-1) * x); }
 
-  /// Writes the equations of each body of a block for the elimination.
-  template <Unknown unknown>
+  /// Writes the equations of each body of a block for the elimination. Where that keeps its
+  /// matrices it needs no derivatives.
+  template <Unknown unknown, Factor factor = Factor::renewed>
   INLINE void fill(std::size_t i) {
     const StartState<P> s = lanes.start(i);
     const double* c = constants(i);
@@ -93,12 +94,12 @@ struct ConservingIterate {
       if (f) a = a + vec<P>(f, 0), torque = (-0.5 * h4) * vec<P>(f, 3);
       const Vec<P> mean_arm = vec<P>(k, kMeanArm);
       impulse = mass * (way - s.v - (0.5 * h4) * a);
-      turn.add(arm, all<P>(0.5) * impulse - (mass * per4) * mean_arm);
+      if (factor != Factor::kept) turn.add(arm, all<P>(0.5) * impulse - (mass * per4) * mean_arm);
       for (int n = 0; n < 3; ++n) {
         const Vec<P> w = per4 * (d1.d[n] - d0.d[n]) - cross(s.w, d0.d[n]);
         const Vec<P> mean = all<P>(0.5) * (d0.d[n] + d1.d[n]);
         torque = torque + second[n] * cross(mean, w);
-        turn.add(second[n] * d1.d[n], all<P>(0.5) * w - per4 * mean);
+        if (factor != Factor::kept) turn.add(second[n] * d1.d[n], all<P>(0.5) * w - per4 * mean);
       }
       torque = torque + cross(mean_arm, impulse);
     } else {
@@ -106,8 +107,10 @@ struct ConservingIterate {
       const Vec<P> v = way + way - s.v;
       const Vec<P> g{all<P>(in.gravity[0]), all<P>(in.gravity[1]), all<P>(in.gravity[2])};
       const P fall = (2.0 * h4) * num<P>(c, kGravityScale) * dot(g, way);
-      impulse = mass * v,
-      weight_.add(i, own * mass * root(dot(g, g) * (dot(arm, arm) + half / mass)));
+      impulse = mass * v;
+      // Speeds below a billionth of the radius per step are rounding, also without weight.
+      const P radius2 = dot(arm, arm) + half / mass;
+      weight_.add(i, own * mass * (root(dot(g, g) * radius2) + 1e-8 * per4 * per4 * radius2));
       due_.add(i, own * mass * (dot(s.v, s.v) + fall));
       work_.add(i, own * mass * size_of(fall));
       const Vec<P> turned = vec<P>(memory(i), kTurned);
@@ -129,19 +132,27 @@ struct ConservingIterate {
       torque = torque - cross(arm, impulse);
     }
     put(k, kImpulse, impulse), put(k, kTorqueImpulse, torque);
-    turn.put_crossed(k, kTurn);
+    if (factor == Factor::kept) return;
+    for (std::size_t n = 0; n < 3; ++n)
+      put(k, kTurn + 3 * n, lanes.renewed(factor, turn.crossed(n), vec<P>(k, kTurn + 3 * n)));
   }
-  template <Unknown unknown>
+  template <Unknown unknown, Factor factor = Factor::renewed>
   void fill_all() {
     held_ = lanes.ways();
-    for (std::size_t i = 0; i < count(); i += Lanes::kAtOnce) fill<unknown>(i);
+    for (std::size_t i = 0; i < count(); i += Lanes::kAtOnce) fill<unknown, factor>(i);
   }
 
   /// Inward pass, leaves to roots. Writes the impulses at the joints to the memory.
   template <Unknown unknown>
-  void inward() const {
+  void inward(Factor factor = Factor::renewed) const {
     if constexpr (Lanes::kHooks)
       if (in.joints) return in.joints->inward(in.joints->context, unknown);
+    if (factor != Factor::kept) factorise<unknown>(factor);
+    if (factor != Factor::renewed) inward_by_kept(factor);
+  }
+  /// Eliminates all bodies.
+  template <Unknown unknown>
+  void factorise(Factor factor) const {
     Rows<N> mass{};  // of the body before
     Vec<N> impulse{N{}, N{}, N{}};
     for (std::size_t i = count(); i-- > 0;) {
@@ -160,14 +171,53 @@ struct ConservingIterate {
       if (unknown == Unknown::displacement) settle(i, b);
       const Inverse<N> inverse(b.tt);
       if (lanes.has_ties()) keep_factor(b, inverse, lanes.tie_factor(i));
-      mass = eliminate(b, inverse, lanes.node(i));
+      if (unknown == Unknown::displacement && lanes.may_keep()) keep_inverse(i, inverse, factor);
+      lanes.renew(i, factor, [&](double* node) { mass = eliminate(b, inverse, node); });
+    }
+  }
+  INLINE void keep_inverse(std::size_t i, const Inverse<N>& inverse, Factor factor) const {
+    double* k = work(i);
+    const auto& [u, v, w] = inverse;
+    const Vec<N> rows[3] = {{u.x, v.x, w.x}, {u.y, v.y, w.y}, {u.z, v.z, w.z}};
+    for (std::size_t n = 0; n < 3; ++n)
+      put(k, kTurn + 3 * n, lanes.renewed(factor, rows[n], vec<N>(k, kTurn + 3 * n)));
+  }
+  /// The same for displacements by the matrices of the last renewal: right-hand sides only. Ties
+  /// have no such iterations.
+  void inward_by_kept(Factor factor) const {
+    for (std::size_t i = count(); i-- > 0;) {
+      const double* k = work(i);
+      const Vec<N> none{N{}, N{}, N{}};
+      Vec<N> torque = none - vec<N>(k, kTorqueImpulse), impulse = none + vec<N>(k, kImpulse);
+      Vec<N> bias = none;
+      const std::uint32_t first = first_child_of(lanes.p, i);
+      for (std::uint32_t c = first; c != kNoChild; c = sibling_of(lanes.p, c)) {
+        const Vec<N> r = vec<N>(work(c), kMeanReach), lambda = vec<N>(memory(c), kLambda);
+        const Vec<N> own = fourths<N>(lanes.node(c), kArticulatedMass);
+        bias = bias + own, impulse = impulse + lambda;
+        torque = torque + cross(r, own) - cross(r, lambda);
+      }
+      put_impulse(i, impulse);
+      const MatrixRows<N> inverse{vec<N>(k, kTurn), vec<N>(k, kTurn + 3), vec<N>(k, kTurn + 6)};
+      const Vec<N> turn = mul(inverse, torque);
+      Vec<N> moved = cross(turn, (num<N>(constants(i), kMass) * per) * vec<N>(k, kEndArm));
+      for (std::uint32_t c = first; c != kNoChild; c = sibling_of(lanes.p, c))
+        moved = moved + mul(MatrixRows<N>::from(lanes.node(c), kArticulatedMass),
+                            cross(turn, vec<N>(work(c), kEndReach)));
+      double* node = lanes.node(i);
+      set_fourths(node, kResponse, lanes.kept(factor, turn, fourths<N>(node, kResponse)));
+      set_fourths(node, kArticulatedMass,
+                  lanes.kept(factor, bias - moved, fourths<N>(node, kArticulatedMass)));
     }
   }
   /// Finishes a body's block once all its children are added.
   INLINE void settle(std::size_t i, ConservingBlock<N>& b) const {
+    put_impulse(i, b.impulse);
+    turn_axes(b, vec<N>(memory(i), kTurned));
+  }
+  INLINE void put_impulse(std::size_t i, Vec<N> impulse) const {
     double* m = memory(i);
-    put(m, kLambda, lanes.running(b.impulse, vec<N>(m, kLambda)));
-    turn_axes(b, vec<N>(m, kTurned));
+    put(m, kLambda, lanes.running(impulse, vec<N>(m, kLambda)));
   }
 
   /// Displacement, or velocity, of a root's joint point.
@@ -212,7 +262,7 @@ struct ConservingIterate {
 
   typename Lanes::Sum due_;       // twice the kinetic energy due at the end, J
   typename Lanes::Sum work_;      // J: sum of the magnitudes of the work terms in it
-  typename Lanes::Sum weight_;    // J: scale of the work that the weight can do
+  typename Lanes::Sum weight_;    // J: scale of the work that the weight and rounding can do
   typename Lanes::Sum probe_;     // finite if all positions are
   P turned2_ = all<P>(0);         // square of the longest Cayley vector of a rotation over the step
   const double* held_ = nullptr;  // of the next root: displacement of its anchor

@@ -39,6 +39,32 @@ class IslandLanes {
   INLINE double* work(std::size_t i) const { return tables_.work_at(i); }
   INLINE double* memory(std::size_t i) const { return tables_.memory_at(i); }
   INLINE double* node(std::size_t i) const { return tables_.node_at(i); }
+  bool may_keep() const {
+    for (std::size_t l = 0; l < lanes_.count; ++l)
+      if (lanes_.islands[l].input.may_keep) return true;
+    return false;
+  }
+  /// Has the node of body i written, in lanes that renew their matrices.
+  template <class Do>
+  INLINE void renew(std::size_t i, Factor factor, const Do& write) const {
+    double* const n = node(i);
+    const bool mixed = factor == Factor::mixed;
+    double before[kNodeSize * kWide];
+    for (std::size_t at = 0; mixed && at < kNodeSize * kWide; ++at) before[at] = n[at];
+    write(n);
+    for (std::size_t at = 0; mixed && at < kNodeSize * kWide; at += kWide)
+      store(n + at, choose(renews_ > 0.5, read<Lane>(n + at), read<Lane>(before + at)));
+  }
+  /// In lanes that renew their matrices the new values, in others those before; and the other way.
+  INLINE Vec<Lane> renewed(Factor factor, Vec<Lane> now, Vec<Lane> before) const {
+    return factor == Factor::mixed ? chosen(renews_ > 0.5, now, before) : now;
+  }
+  INLINE Vec<Lane> kept(Factor factor, Vec<Lane> now, Vec<Lane> before) const {
+    return factor == Factor::mixed ? chosen(renews_ > 0.5, before, now) : now;
+  }
+  void choose_factor(int l, Factor factor) {
+    renews_[static_cast<std::size_t>(l)] = factor == Factor::renewed;
+  }
   static const double* forces(std::size_t /*i*/) { return nullptr; }
   const double* targets() const { return tables_.targets; }
   const double* ways() const { return tables_.ways; }
@@ -130,11 +156,11 @@ class IslandLanes {
   bool has_ties() const { return lanes_.ties; }
   INLINE const double* tie_block(std::size_t i) const { return tables_.tie_block_at(i); }
   INLINE double* tie_factor(std::size_t i) const { return tables_.tie_factor_at(i); }
-  void load_ties() { cables_.load(h_); }
+  void load_ties() { cables_.load(); }
   void correct_ties(bool (&fails)[kIslands]) { cables_.correct(fails); }
-  void settle_ties(bool (&near)[kIslands]) { cables_.settle(h_, near); }
+  void settle_ties(bool (&near)[kIslands]) { cables_.settle(near); }
   bool accept_ties(int l, double& released) {
-    return cables_.accept(h_, static_cast<std::size_t>(l), released);
+    return cables_.accept(static_cast<std::size_t>(l), released);
   }
   void project_ties(const bool (&wanted)[kIslands], bool (&fails)[kIslands]) {
     cables_.project(wanted, fails);
@@ -202,6 +228,7 @@ class IslandLanes {
   LaneTables tables_;
   LaneCables cables_;
   Lane h_ = all<Lane>(1), follows_ = all<Lane>(0);
+  Lane renews_ = all<Lane>(1);  // 1 in lanes whose matrices the next elimination renews, else 0
 };
 
 void conserve_lanes(const ConservingLanes& all) {

@@ -19,7 +19,7 @@ class LaneCableLaws {
   LaneCableLaws(const ConservingLanes& lanes, LaneTables& tables) : all_(lanes), t_(tables) {
     for (std::size_t l = 0; l < kWide; ++l) {
       const LaneIsland& own = all_.islands[l < all_.count ? l : 0];
-      size_[l] = own.size, mass_[l] = own.mass, yield_[l] = own.yield;
+      size_[l] = own.size, mass_[l] = own.mass, yield_[l] = own.yield, h_[l] = own.input.h;
     }
     near_ = kAtLength * size_, least_ = -1.0 * yield_ * near_;
   }
@@ -90,9 +90,9 @@ class LaneCableLaws {
   INLINE CableSpan<Vec<Lane>> span_of(const double* k) const {
     return {vec<Lane>(k, kCableBefore), vec<Lane>(k, kCableNow)};
   }
-  CableLoad<Vec<Lane>, Lane> load_of(std::size_t n, Lane h) const {
+  CableLoad<Vec<Lane>, Lane> load_of(std::size_t n) const {
     const double* const k = at(n);
-    return load_of_cable(span_of(k), num<Lane>(k, kCableLength), num<Lane>(k, kCableStiffness), h);
+    return load_of_cable(span_of(k), num<Lane>(k, kCableLength), num<Lane>(k, kCableStiffness), h_);
   }
   Mask stretched(std::size_t n) const {
     const double* const k = at(n);
@@ -104,11 +104,11 @@ class LaneCableLaws {
     return any > 0.5;
   }
   /// Whether the impulse of an elastic cable has not converged to that of its length.
-  Mask is_not_followed(std::size_t n, Lane h) const {
+  Mask is_not_followed(std::size_t n) const {
     const double* const k = at(n);
-    const CableLoad<Vec<Lane>, Lane> now = load_of(n, h);
+    const CableLoad<Vec<Lane>, Lane> now = load_of(n);
     const Lane own = num<Lane>(k, kCableResponse);
-    const Lane response = choose(own > all<Lane>(0), own, h / mass_);
+    const Lane response = choose(own > all<Lane>(0), own, h_ / mass_);
     const Lane stiffness = length_of(times_columns(direction_of(span_of(k)), now.derivative));
     const Lane off = response * length_of(now.mu - vec<Lane>(k, kCableMu));
     const Lane bound = kFollowed * size_ * (1.0 + response * stiffness);
@@ -152,6 +152,7 @@ class LaneCableLaws {
   const ConservingLanes& all_;
   LaneTables& t_;
   Lane size_ = all<Lane>(1), mass_ = all<Lane>(1), yield_ = all<Lane>(1);  // of each island
+  Lane h_ = all<Lane>(1);                                                  // s
   Lane near_ = all<Lane>(0);   // m: tolerance of a cable's length
   Lane least_ = all<Lane>(0);  // m: a taut cable pushes if compliance times impulse is below
   bool alone_[kWide] = {};

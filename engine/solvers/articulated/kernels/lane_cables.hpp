@@ -12,7 +12,7 @@ class LaneCables : public LaneResponse {
   using LaneResponse::LaneResponse;
 
   /// Before an elimination: adds the cables to the blocks, at the iterate.
-  void load(Lane h) {
+  void load() {
     for (std::size_t n = 0; n < kTieBlock * t_.count; ++n)
       store(room_.blocks + n * kWide, all<Lane>(0));
     bool may_change[kWide];
@@ -33,7 +33,7 @@ class LaneCables : public LaneResponse {
       double* const k = at(n);
       const Vec<Lane> before = vec<Lane>(k, kCableMu);
       if (tie(n).stretches) {
-        const CableLoad<Vec<Lane>, Lane> now = load_of(n, h);
+        const CableLoad<Vec<Lane>, Lane> now = load_of(n);
         put(k, kCableMu, t_.kept(now.mu, before));
         for (std::size_t i = 0; i < 3; ++i) put(k, kCableDerivative + 3 * i, now.derivative[i]);
         write(k + kCableAcross * kWide, now.across);
@@ -68,10 +68,10 @@ class LaneCables : public LaneResponse {
   }
 
   /// After convergence: clears `near` in lanes in which a cable still has to change.
-  void settle(Lane h, bool (&near)[kWide]) {
+  void settle(bool (&near)[kWide]) {
     for (std::size_t n = 0; n < count(); ++n) {
       look_at(n);
-      const Mask asked = tie(n).stretches ? is_not_followed(n, h) : has_to_change(n);
+      const Mask asked = tie(n).stretches ? is_not_followed(n) : has_to_change(n);
       for (std::size_t l = 0; any(asked) && l < kWide; ++l) {
         if (!near[l] || !asked[l]) continue;
         if (!tie(n).stretches) change(n, l);
@@ -81,15 +81,15 @@ class LaneCables : public LaneResponse {
   }
 
   /// After the iterations: whether the step of a lane is accepted.
-  bool accept(Lane h, std::size_t l, double& released) {
+  bool accept(std::size_t l, double& released) {
     const LaneIsland& own = island(l);
     double most = 0, work = 0;
     for (std::size_t n = 0; n < count(); ++n) {
       const double* const k = at(n);
       const Vec<Lane> mu = vec<Lane>(k, kCableMu);
       const Vec<Lane> way = vec<Lane>(k, kCableBefore) - vec<Lane>(k, kCableNow);
-      released += (2.0 / h * dot(mu, way))[l];
-      work -= (2.0 / h * dot(mu, vec<Lane>(k, kCableWay)))[l];
+      released += (2.0 / h_ * dot(mu, way))[l];
+      work -= (2.0 / h_ * dot(mu, vec<Lane>(k, kCableWay)))[l];
       const double over = ::fabs(over_of(k)[l]);
       if (!tie(n).stretches && kind(n, l) == kTautTie && over > most) most = over;
     }

@@ -6,17 +6,6 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// A 3 x 3 matrix by rows, as in the factors of ties and in nodes.
-struct MatrixRows {
-  Vec<Lane> x, y, z;
-};
-INLINE Vec<Lane> mul(const MatrixRows& m, Vec<Lane> v) {
-  return {dot(m.x, v), dot(m.y, v), dot(m.z, v)};
-}
-INLINE Vec<Lane> mul(Vec<Lane> v, const MatrixRows& m) {
-  return (v.x * m.x + v.y * m.y) + v.z * m.z;
-}
-
 /// Rows of the quantities accumulated along a path from a cable to the root: see TiePassing.
 enum LanePassing : std::size_t {
   kPassedImpulse = 0,  // 3, likewise below
@@ -30,6 +19,8 @@ enum LanePassing : std::size_t {
 enum class LaneArms : std::uint8_t { mean, end };
 
 class LaneResponse : public LaneCableLaws {
+  using Matrix = MatrixRows<Lane>;
+
  public:
   using LaneCableLaws::LaneCableLaws;
 
@@ -57,19 +48,18 @@ class LaneResponse : public LaneCableLaws {
     Lane asked;  // 1 for solved lanes, else 0
   };
   // Results of the elimination for a body: see BallNodes.
-  INLINE MatrixRows factor(std::size_t c, std::size_t i) const {
+  INLINE Matrix factor(std::size_t c, std::size_t i) const {
     const double* f = t_.tie_factor_at(c);
     return {get_vec<Lane>(f, i), get_vec<Lane>(f, i + 3), get_vec<Lane>(f, i + 6)};
   }
-  INLINE MatrixRows compliance(std::size_t c) const { return factor(c, 0); }
-  INLINE MatrixRows crossing(std::size_t c) const { return factor(c, 9); }
-  INLINE MatrixRows of_node(std::size_t c, std::size_t i) const {
-    const double* n = t_.node_at(c);
-    return {get_vec<Lane>(n, i), get_vec<Lane>(n, i + 4), get_vec<Lane>(n, i + 8)};
+  INLINE Matrix compliance(std::size_t c) const { return factor(c, 0); }
+  INLINE Matrix crossing(std::size_t c) const { return factor(c, 9); }
+  INLINE Matrix of_node(std::size_t c, std::size_t i) const {
+    return Matrix::from(t_.node_at(c), i);
   }
   /// Minus the rotation per displacement of the own joint.
-  INLINE MatrixRows minus_turn_y(std::size_t c) const { return of_node(c, kResponse); }
-  INLINE MatrixRows force_y(std::size_t c) const { return of_node(c, kArticulatedMass); }
+  INLINE Matrix minus_turn_y(std::size_t c) const { return of_node(c, kResponse); }
+  INLINE Matrix force_y(std::size_t c) const { return of_node(c, kArticulatedMass); }
   INLINE Vec<Lane> reach(std::size_t c, LaneArms arms) const {
     return vec<Lane>(t_.work_at(c), arms == LaneArms::mean ? kMeanReach : kEndReach);
   }
@@ -121,7 +111,7 @@ class LaneResponse : public LaneCableLaws {
       add(p, kPassedByTurn, cross(vec<Lane>(t_.work_at(c), kEndReach), by_move));
     }
   }
-  static INLINE MatrixRows inverse(const MatrixRows& m) {
+  static INLINE Matrix inverse(const Matrix& m) {
     const Lane c00 = m.y.y * m.z.z - m.y.z * m.z.y, c10 = m.x.y * m.z.z - m.x.z * m.z.y,
                c20 = m.x.y * m.y.z - m.x.z * m.y.y;
     const Lane per =
@@ -206,10 +196,12 @@ class LaneResponse : public LaneCableLaws {
     const Lane diagonal = read<Lane>(matrix_at(r, r));
     const Mask is_asked = wanted(solve, n);
     const Lane response = choose(diagonal > all<Lane>(0), diagonal, -1.0 * diagonal);
+    const Lane least = kRigidPart * ((solve.arms == LaneArms::mean ? h_ : all<Lane>(1)) / mass_);
     write(k + kCableResponse * kWide, choose(is_asked, response, num<Lane>(k, kCableResponse)));
     const Lane softness = num<Lane>(k, kCableSoftness);
     write(k + kCableSoftness * kWide,
-          choose(is_asked & (softness == 0.0), yield_ * response, softness));
+          choose(is_asked & (softness == 0.0), yield_ * choose(response > least, response, least),
+                 softness));
     if (solve.arms == LaneArms::mean)
       put_row(n);
     else
@@ -299,7 +291,7 @@ class LaneResponse : public LaneCableLaws {
       add(room_.impulses, p, impulse), add(room_.torques, p, cross(reach(c, arms), impulse));
     }
     for (std::size_t c = 0; c < t_.count; ++c) {
-      const MatrixRows mass = force_y(c);
+      const Matrix mass = force_y(c);
       const Vec<Lane> impulse = get_vec<Lane>(room_.impulses, 3 * c);
       Vec<Lane> y{};
       if (parents[c] >= 0) {

@@ -99,5 +99,34 @@ struct Rows {
   }
 };
 
+/// A 3 x 3 matrix by rows, as in the factors of ties and in nodes.
+template <class N>
+struct MatrixRows {
+  Vec<N> x, y, z;
+  /// The first three numbers of three rows of four.
+  INLINE static MatrixRows from(const double* p, std::size_t i) {
+    return {get_vec<N>(p, i), get_vec<N>(p, i + 4), get_vec<N>(p, i + 8)};
+  }
+};
+template <class N>
+INLINE Vec<N> mul(const MatrixRows<N>& m, Vec<N> v) {
+  return {dot(m.x, v), dot(m.y, v), dot(m.z, v)};
+}
+template <class N>
+INLINE Vec<N> mul(Vec<N> v, const MatrixRows<N>& m) {
+  return (v.x * m.x + v.y * m.y) + v.z * m.z;
+}
+
+/// The fourth numbers of three rows.
+template <class N>
+INLINE Vec<N> fourths(const double* p, std::size_t i) {
+  return {get<N>(p, i + 3), get<N>(p, i + 7), get<N>(p, i + 11)};
+}
+template <class N>
+INLINE void set_fourths(double* p, std::size_t i, Vec<N> v) {
+  write(number_at<N>(p, i + 3), v.x), write(number_at<N>(p, i + 7), v.y);
+  write(number_at<N>(p, i + 11), v.z);
+}
+
 }  // namespace
 }  // namespace pantin::detail::articulated

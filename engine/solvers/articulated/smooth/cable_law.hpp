@@ -9,6 +9,9 @@
 namespace pantin::detail::articulated {
 namespace {
 
+/// Least response of a cable by which its compliance is chosen, as a fraction of that of the whole
+/// island: two points of a rigid part have none but rounding.
+inline constexpr double kRigidPart = 1e-6;
 /// Tolerance of a cable's length, as a fraction of the island's size.
 inline constexpr double kAtLength = 1e-10;
 /// Likewise: largest gap of a tie in an accepted solution.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "engine/contact/detect.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/articulated/smooth/conserving_joints.hpp"
@@ -91,6 +92,18 @@ Real most_due(const Island& a, const PartedStep& s) {
   return s.part > kParts / kResolvingParts && is_still(a) ? kByTrees : kNoBound;
 }
 
+/// Largest accepted gain of a substep's energy, as a fraction: free trees keep it. What a body does
+/// that leads a joint by its rotation is known roughly only.
+constexpr Real kGain = 1e-3, kGainOfLed = 1e-2;
+
+bool has_led_turns(const World& world, const Island& a) {
+  if (a.joints.empty()) return false;
+  return std::any_of(a.trees.begin(), a.trees.end(), [&](const Tree& t) {
+    return a.parents[t.first] == kHeld && a.joints[t.first].stiff && t.held_body != kNoSlot &&
+           contact::moves(world.bodies.values()[t.held_body]);
+  });
+}
+
 /// Takes the rest of a step by sweeps, which always terminate.
 bool finish_otherwise(World& world, Island& a, const StepPart& rest, Entity& lost) {
   const Real h = (rest.end - rest.begin) * rest.whole;
@@ -171,13 +184,15 @@ ConservingInput begin_part(World& world, Island& a, PartedStep& s) {
           is_tied(a) ? kMostTiedIterations : kMostIterations,
           std::max(s.enough * std::min(s.part, Real(1)), kLeastTurnTolerance),
           hangs && !ties_are_inner(a) ? kHangingTurnTolerance : 0,
+          a.is_even && a.joints.empty() && !is_tied(a),
           is_still(a),
           ties_are_closed(a),
           a.joints.empty() && s.part > kShortestHeld,
           s.follows && s.part == kParts,
           nullptr,
           nullptr,
-          most_due(a, s)};
+          most_due(a, s),
+          has_led_turns(world, a) ? kGainOfLed : kGain};
 }
 
 TiedPart tied_part(const PartedStep& s) {

@@ -18,6 +18,7 @@
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
+#include "engine/contact/detect.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 #include "engine/world/joint_drive.hpp"
@@ -294,17 +295,28 @@ void align(void* context) {
   }
 }
 
-bool add_work(void* context, double& released) {
+/// Whether a joint has a drive or a motor, or is held by a body that moves.
+bool moves_by_itself(const StiffStep& s, std::size_t c) {
+  if (s.a.joints[c].drive != UINT32_MAX) return true;
+  if (is_actuated(s.a.joints[c]) && dof_of(s.world, s.a, c).motor.kind != MotorKind::none)
+    return true;
+  const std::uint32_t holder = s.a.parents[c] < 0 ? held_body_of(s.a, c) : UINT32_MAX;
+  return holder != UINT32_MAX && contact::moves(s.world.bodies.values()[holder]);
+}
+
+AtEnd add_work(void* context, double& released) {
   const StiffStep& step = *static_cast<const StiffStep*>(context);
   const Island& a = step.a;
-  bool keeps = true;
+  AtEnd at_end = AtEnd::keeps;
   for (std::size_t c = 0; c < a.count(); ++c) {
     if (!a.joints[c].stiff || !exerts_torque(a.joints[c]) || a.parents[c] == kFree) continue;
     const ConservingNode& n = a.scratch.conserving_nodes[c];
     released += glm::dot(n.exerted, turned_by(step, c, ends_of(step, c)));
-    keeps = keeps && n.damping == Mat3(0);
+    if (n.damping == Mat3(0)) continue;
+    const bool drives = moves_by_itself(step, c);
+    at_end = std::max(at_end, drives ? AtEnd::drives : AtEnd::damps);
   }
-  return keeps;
+  return at_end;
 }
 
 }  // namespace

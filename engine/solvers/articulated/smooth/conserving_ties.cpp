@@ -121,10 +121,13 @@ TieRows one_row(Vec3 by, Vec3 direction, Real right, Real own) {
   return rows;
 }
 
-/// Adds the ties' own diagonal blocks and right-hand sides; sets their compliance if unset.
+/// Adds the ties' own diagonal blocks and right-hand sides; sets their compliance if unset: at
+/// least that of a tie to the whole island, since the points of a rigid part have no response but
+/// rounding.
 template <class RowsOf>
-void add_own_rows(Island& a, std::size_t n, const RowsOf& rows_of) {
-  StepScratch& r = a.scratch;
+void add_own_rows(const TiedStep& s, Arms arms, std::size_t n, const RowsOf& rows_of) {
+  StepScratch& r = s.a.scratch;
+  const Real least = (arms == Arms::mean ? s.h : Real(1)) / s.a.mass;
   std::size_t row = 0;
   for (ConservingTie& t : r.ties) {
     TieRows& rows = rows_at(r, t);
@@ -135,10 +138,11 @@ void add_own_rows(Island& a, std::size_t n, const RowsOf& rows_of) {
     for (std::size_t i = 0; i < count; ++i)
       response += std::abs(r.tie_matrix[(row + i) * (n + 1)]) / static_cast<Real>(count);
     if (count == 1) t.response = response;
-    if (t.softness == 0) t.softness = r.tie_yield * response;
+    const Real floor = t.kind == TieKind::rigid ? least : kRigidPart * least;
+    if (t.softness == 0) t.softness = r.tie_yield * std::max(response, floor);
     // The matrix has the rows that were counted: a tie keeps its number of rows.
     if (const TieRows now = rows_of(t); now.count == rows.count) rows = now;
-    const Vec3 right = rows.right - change_of(a, t) * rows.by;
+    const Vec3 right = rows.right - change_of(s.a, t) * rows.by;
     for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t j = 0; j < count; ++j)
         r.tie_matrix[(row + i) * n + row + j] -= rows.own[static_cast<int>(j)][static_cast<int>(i)];
@@ -151,13 +155,14 @@ void add_own_rows(Island& a, std::size_t n, const RowsOf& rows_of) {
 /// Solves for the impulses of all ties for which `rows_of` has equations, and adds their motion to
 /// the bodies: by (d + W mu) - own mu = right, W being the response.
 template <class RowsOf, class Take>
-bool solve_ties(Island& a, Arms arms, const RowsOf& rows_of, const Take& take) {
+bool solve_ties(const TiedStep& s, Arms arms, const RowsOf& rows_of, const Take& take) {
+  Island& a = s.a;
   StepScratch& r = a.scratch;
   std::size_t n = 0;
   for (ConservingTie& t : r.ties) n += static_cast<std::size_t>((rows_at(r, t) = rows_of(t)).count);
   if (n == 0) return true;
   fill_tie_matrix(a, arms, n);
-  add_own_rows(a, n, rows_of);
+  add_own_rows(s, arms, n, rows_of);
   if (!solve_tie_equations(r, n)) return false;
   clear_tie_impulses(r);
   std::size_t row = 0;
@@ -230,7 +235,7 @@ bool correct(void* context) {
                ? TieRows{3, Mat3(1), t.softness * t.mu - t.now, Mat3(t.softness)}
                : TieRows{3, glm::transpose(t.derivative), Vec3(0), Mat3(1)};
   };
-  if (!solve_ties(s.a, Arms::mean, rows_of, [](ConservingTie& t, Vec3 mu) { t.mu += mu; }))
+  if (!solve_ties(s, Arms::mean, rows_of, [](ConservingTie& t, Vec3 mu) { t.mu += mu; }))
     return false;
   if (s.with.tautened && is_hit_early(s)) return false;
   if (has_tie_rows(s.a.scratch)) add_joint_impulses(s.a, 1);
@@ -284,7 +289,7 @@ bool strike(const TiedStep& s) {
       s.with.struck_work += work_of(t, mu);
     };
     s.with.struck_work = 0;
-    if (!solve_ties(a, Arms::end, rows_of, take)) return false;
+    if (!solve_ties(s, Arms::end, rows_of, take)) return false;
     if (out) {
       out->strikes = false;
       continue;
@@ -316,7 +321,7 @@ bool project_ties(const TiedStep& s) {
   // Half of the projection's impulses counts in the mean over the step.
   Real& work = s.with.place_work;
   const auto take = [&](const ConservingTie& t, Vec3 mu) { work += work_of(t, mu); };
-  if (!solve_ties(s.a, Arms::end, rows_of, take)) return false;
+  if (!solve_ties(s, Arms::end, rows_of, take)) return false;
   if (has_tie_rows(s.a.scratch)) add_joint_impulses(s.a, 0.5);
   const bool strikes = std::any_of(ties.begin(), ties.end(), [](auto& t) { return t.strikes; });
   if (!strikes && !(s.stiff && any_limit_hit(s.a))) return true;
