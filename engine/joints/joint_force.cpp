@@ -30,6 +30,14 @@ LinearisedForce linearise(const Dof& f, Real coordinate, Real rate, Slope slope)
   return p;
 }
 
+Real rate_after(const Dof& dof, const RateAt& at, Real response) {
+  const auto impulse_at = [&](Real rate) {
+    const LinearisedForce f = linearise(dof, at.coordinate + at.h * rate, rate, Slope::tangent);
+    return std::array<Real, 2>{at.h * f.force, at.h * (at.h * f.stiffness + f.damping)};
+  };
+  return settled(at.rate, response, impulse_at);
+}
+
 bool is_sound(const Dof& dof) {
   const JointMotor& m = dof.motor;
   for (const Real x : {dof.spring.stiffness, dof.spring.damping, dof.spring.rest,

@@ -48,4 +48,12 @@ Real settled(Real freely, Real yield, const Force& force) {
   return x;
 }
 
+/// A coordinate and its rate at the start of a step, and the length of that, s.
+struct RateAt {
+  Real coordinate = 0, rate = 0, h = 0;
+};
+/// The rate after a step in which only the force acts, which follows its law at the end.
+/// `response`: change of the rate by an impulse.
+Real rate_after(const Dof& dof, const RateAt& at, Real response);
+
 }  // namespace pantin::detail

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "engine/contact/contact.hpp"
+#include "engine/pantin/measure.hpp"
 #include "tests/solvers/solids.hpp"
 
 using namespace pantin;
@@ -285,4 +286,49 @@ TEST_CASE("what starts overlapping is pushed apart gently") {
   }
   CHECK(fastest <= 6);
   CHECK(depth <= 1e-4);
+}
+
+TEST_CASE("a box that falls flat bounces flat, to the height of its restitution") {
+  for (const auto& [h, error] : kCases)
+    for (const Real restitution : {0.5, 0.8, 1.0}) {
+      World w = awake();
+      add_ground(w, surface(0.5, restitution));
+      const Entity box = add_solid(w, box_shape(Vec3(0.1)), {{0, 1.1, 0}, kIdentity},
+                                   Motion::dynamic, surface(0.5, restitution));
+      Simulation sim(std::move(w), {h});
+      const Real start = measure(sim.world).energy();
+      Real highest = 0, spin = 0, most = start;
+      const Real fall = std::sqrt(2 / 9.81);
+      for (int i = 0; i < std::lround((1 + 1.9 * restitution) * fall / h); ++i) {
+        REQUIRE(sim.step().status == Status::ok);
+        const Body& b = sim.world.bodies[box];
+        if (i * h > fall) highest = std::max(highest, b.pose.position.y - 0.1);
+        spin = std::max(spin, glm::length(b.angular_velocity));
+        most = std::max(most, measure(sim.world).energy());
+      }
+      INFO("restitution " << restitution << " at " << h);
+      CHECK(highest == Approx(restitution * restitution).epsilon(error));
+      CHECK(spin < 1e-6);
+      CHECK(most < start * (1 + 1e-8));
+    }
+}
+
+TEST_CASE("a body that fits exactly between two walls stays there") {
+  // Walls that overlap it by 0.3 mm each, one of them rotated by a hair.
+  for (const Real turned : {0.0, 1e-6, 1e-4, 1e-3})
+    for (const Shape& shape : {ball_shape(0.1), box_shape(Vec3(0.1))})
+      for (const Real h : {1.0 / 60, 1.0 / 240}) {
+        World w = awake();
+        w.gravity = Vec3(0);
+        for (const Real side : {-1.0, 1.0})
+          add_solid(w, box_shape({0.1, 1, 1}),
+                    {{side * 0.1997, 0, 0}, from_rotation_vector({0, side > 0 ? turned : 0, 0})},
+                    Motion::fixed, surface(0.5));
+        const Entity body =
+            add_solid(w, shape, {Vec3(0), kIdentity}, Motion::dynamic, surface(0.5));
+        Simulation sim(std::move(w), {h});
+        run(sim, 1, h);
+        INFO("rotated by " << turned << " at " << h);
+        CHECK(glm::length(sim.world.bodies[body].pose.position) < 1e-3);
+      }
 }

@@ -42,9 +42,10 @@ struct Standing {
     for (const Entity e : blocks) sum += world.bodies[e].mass;
     return sum;
   }
-  /// Runs it. The ground has to bear the weight from the fourth step on, until all sleep where they
-  /// were, but for `most`, m.
-  void stays(Real h, Real time, Real most) const {
+  /// Runs it. The ground has to bear the weight from the fourth step on, until all sleep, if they
+  /// may, where they were, but for `most`, m.
+  enum class Ends : std::uint8_t { asleep, awake };
+  void stays(Real h, Real time, Real most, Ends ends = Ends::asleep) const {
     Simulation sim = Simulation::copy_of(world, {h});
     const World start = sim.world;
     Real borne = 0;
@@ -56,7 +57,7 @@ struct Standing {
     }
     CHECK(borne > 0);
     for (const Entity e : blocks) {
-      REQUIRE(is_asleep(sim.world, e));
+      REQUIRE(is_asleep(sim.world, e) == (ends == Ends::asleep));
       REQUIRE(glm::distance(sim.world.bodies[e].pose.position, start.bodies[e].pose.position) <
               most);
     }

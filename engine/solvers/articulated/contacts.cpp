@@ -4,6 +4,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/contact/detect.hpp"
 #include "engine/geometry/surface.hpp"
+#include "engine/joints/joint_force.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/solver.hpp"
@@ -12,9 +13,9 @@ namespace pantin::detail::articulated {
 namespace {
 
 /// Margins on the predicted displacement of any body of an island in a step, m: its moving anchors,
-/// and gravity.
+/// gravity, and what actuates its joints.
 struct Margin {
-  Real anchors = 0, gravity = 0;
+  Real anchors = 0, gravity = 0, actuators = 0;
 };
 
 /// Bound on the displacement of a body's surface in this step: the predicted one, and a margin for
@@ -23,7 +24,8 @@ Real reach_of(const Shapes* shapes, const contact::Displacement& by, const Margi
   if (!shapes) return 0;
   const Real extent = contact::extent_of(*shapes);
   const Real way = glm::length(by.translation) + extent * glm::length(by.rotation);
-  return contact::kReachFactor * way + margin.anchors + 0.02 * extent + margin.gravity;
+  return contact::kReachFactor * way + margin.anchors + 0.02 * extent + margin.gravity +
+         margin.actuators;
 }
 
 contact::Displacement displacement_of(const World& world, const Island& a, std::size_t c) {
@@ -40,6 +42,22 @@ Real displacement_of_targets(const Island& a) {
   for (const PackedPin& constraint : a.pins)
     most = std::max(most, glm::length(constraint.target - constraint.target_before));
   return most;
+}
+
+/// Bound on the displacement by springs and motors of joints, beyond that at the present rates: as
+/// if nothing were outboard of their bodies.
+Real displacement_by_actuators(const World& world, const Island& a, Real h) {
+  Real turned = 0;  // rad
+  for (std::size_t c = 0; c < a.joints.size(); ++c) {
+    if (!a.joints[c].stiff || !is_actuated(a.joints[c]) || a.parents[c] == kFree) continue;
+    const Vec3 i = a.constants.vec(kInertia, c), arm = a.constants.vec(kOwnAnchor, c);
+    const Real inertia = std::min({i.x, i.y, i.z}) + a.constants.at(kMass, c) * glm::dot(arm, arm);
+    const Real rate = rate_of(world, a, c);
+    turned += h * std::abs(rate_after(dof_of(world, a, c), {a.joint_memory[c].angle, rate, h},
+                                      1 / inertia) -
+                           rate);
+  }
+  return turned * a.size;
 }
 
 }  // namespace
@@ -71,7 +89,8 @@ void find_reaches(const World& world, Real h, const contact::Reaches& out) {
   }
   each_awake(world, [&](const Island& a) {
     PANTIN_ASSERT(a.scratch.predicted);
-    const Margin margin{displacement_of_targets(a), glm::length(world.gravity) * h * h};
+    const Margin margin{displacement_of_targets(a), glm::length(world.gravity) * h * h,
+                        displacement_by_actuators(world, a, h)};
     for (std::size_t c = 0; c < a.count(); ++c)
       if (const Collision* collision = world.collisions.find(a.bodies[c]);
           collision && !collision->sensor) {

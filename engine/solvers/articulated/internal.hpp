@@ -216,6 +216,8 @@ bool is_driven(const World& world, const Island& a, std::size_t c);
 Real coordinate_of(const PackedJoint& joint, Quat own, Quat parent);
 /// The same at the bodies' poses, full turns counted.
 Real angle_of(const World& world, const Island& a, std::size_t c);
+/// Its rate, rad/s.
+Real rate_of(const World& world, const Island& a, std::size_t c);
 /// The angle that differs from `near` by less than half a turn.
 Real unwound(Real angle, Real near);
 /// The body of a joint whose drive, motor, spring or friction has an invalid value, if any.

@@ -57,6 +57,8 @@ inline std::size_t free_bodies(std::span<const GroupBody> bodies) {
   return static_cast<std::size_t>(fixed - bodies.begin());
 }
 
+inline const Vec3 kAxes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+
 /// Whether the body is dynamic: neither fixed nor kinematic.
 inline bool can_give_way(const GroupBody& b) { return b.per_mass > 0; }
 
@@ -361,7 +363,33 @@ void move_trees(const Group& g, const GroupPart& part);
 void settle_tree(const Group& g, GroupTree& t);
 /// After settle_trees: computes velocities of mass centres, momenta and joint forces.
 void release_trees(const Group& g, const GroupPart& part);
+/// A soft zone or a drive about one axis, in a substep: the own body gets the torque impulse
+/// `torque - damping * relative spin` along it.
+struct TurnSpring {
+  Vec3 along;        // world
+  Real damping = 0;  // N m s per rad/s
+  Real torque = 0;   // N m s
+};
+/// Those of one joint: of four limits at most, and of its drive along three axes.
+class TurnSprings {
+ public:
+  static constexpr std::size_t kMost = 7;
+  void add(const TurnSpring& s) { list_[count_++] = s; }
+  const TurnSpring* begin() const { return list_; }
+  const TurnSpring* end() const { return list_ + count_; }
+
+ private:
+  TurnSpring list_[kMost];
+  std::size_t count_ = 0;
+};
+/// Rotations of a joint's bodies in a part of the step that began at `time`, s.
+struct JointTurn {
+  Quat own, parent;
+  Real time;
+  const GroupPart& part;
+};
 /// Limits, springs and drives of the joints of trees (group_joints.cpp).
+TurnSprings springs_of(const GroupNode& n, const JointTurn& at);
 void prepare_springs(const Group& g, GroupNode& n, const GroupPart& part);
 void prepare_limits(const Group& g, std::uint32_t node, Real h);
 void push_limits(const Group& g);
@@ -380,6 +408,15 @@ void bound_drives(const Group& g, Real h);
 void prepare_actuator(const Group& g, std::uint32_t node);
 void push_actuators(const Group& g);
 void solve_actuators(const Group& g, Real h);
+/// m/s: bound on the speed that they can give to a point within a time h, beyond the present one.
+Real speed_by_actuators(const Group& g, Real h);
+/// The axis of an actuator at given rotations of the joint's bodies, world, and its coordinate,
+/// full turns counted.
+struct ActuatedAxis {
+  Vec3 axis;
+  Real angle;  // rad
+};
+ActuatedAxis actuated_axis_of(const GroupNode& n, Quat own, Quat parent);
 
 // Bounds on the energy that truncated iterations leave (group_energy.cpp).
 

@@ -28,11 +28,15 @@ void link_bodies(GroupScratch& r, const GroupScratch::Range& range, std::size_t 
   });
 }
 
-/// Room for the rows of joints and cables.
+/// Room for the rows of joints, ties and rolling friction.
 void add_links(GroupScratch& r, const GroupScratch::Range& range) {
-  std::size_t rows = r.ties.size() - range.first_tie;
+  std::size_t rows = 3 * (r.rollings.size() - range.first_rolling);
+  for (const GroupTie& t : std::span(r.ties).subspan(range.first_tie))
+    rows += t.kind == GroupTie::Kind::cable ? 1 : 3;
   for (const GroupNode& n : std::span(r.nodes).subspan(range.first_node))
-    if (!n.free_root) rows += kMostJointLinks + (n.is_limited ? kMostLimitLinks : 0);
+    if (!n.free_root)
+      rows += kMostJointLinks + (n.is_limited ? kMostLimitLinks : 0) +
+              (n.has_spring ? kMostSpringLinks : 0);
   r.rest_links.resize(r.rest_links.size() + rows);
 }
 
@@ -51,12 +55,11 @@ void gather_resting(GroupScratch& r, const GroupScratch::Range& range, Real h) {
   for (const GroupContact& c : std::span(r.contacts).subspan(range.first_contact))
     if (c.impulse.x > 0) bodies[c.a].touched = bodies[c.b].touched = true;
   const std::size_t count = free_bodies(bodies);
-  if (count < 2 || r.rollings.size() > range.first_rolling || !is_calm(bodies, count, h) ||
-      !can_rest(std::span(r.nodes).subspan(range.first_node),
-                std::span(r.trees).subspan(range.first_tree),
-                std::span(r.ties).subspan(range.first_tie)) ||
+  if (count < 2 || !is_calm(bodies, count, h) ||
       !has_faces(std::span(r.contacts).subspan(range.first_contact)))
     return;
+  for (const GroupTree& t : std::span(r.trees).subspan(range.first_tree))
+    if (t.from != t.to || t.held_spin != Vec3(0)) return;
   link_bodies(r, range, count);
   find_order(r, count);
   std::size_t blocks = 0, products = 0;

@@ -13,13 +13,17 @@ Real rate_of(const Group& g, std::uint32_t node) {
 
 }  // namespace
 
+ActuatedAxis actuated_axis_of(const GroupNode& n, Quat own, Quat parent) {
+  PANTIN_ASSERT(n.actuator.dof && n.joint);
+  return {sign_of(*n.joint) * actuated_axis(*n.joint, own, parent),
+          unwound(coordinate_of(*n.joint, own, parent), n.actuator.angle)};
+}
+
 void prepare_actuator(const Group& g, std::uint32_t node) {
   GroupNode& n = g.nodes[node];
   GroupActuator& by = n.actuator;
-  const Quat parent = parent_rotation(g, n);
-  PANTIN_ASSERT(by.dof && n.joint);
-  by.axis = sign_of(*n.joint) * actuated_axis(*n.joint, n.rotation, parent);
-  by.angle = unwound(coordinate_of(*n.joint, n.rotation, parent), by.angle);
+  const auto [axis, angle] = actuated_axis_of(n, n.rotation, parent_rotation(g, n));
+  by.axis = axis, by.angle = angle;
   by.response = glm::dot(by.axis, joint_response(g, n, by.axis));
 }
 
@@ -29,16 +33,31 @@ void push_actuators(const Group& g) {
       apply_at_joint(g, i, by.impulse * by.axis);
 }
 
+Real speed_by_actuators(const Group& g, Real h) {
+  Real turning = 0;  // rad/s
+  for (std::uint32_t i = 0; i < g.nodes.size(); ++i) {
+    const GroupActuator& by = g.nodes[i].actuator;
+    if (!by.dof || !(by.response > 0)) continue;
+    const Real rate = rate_of(g, i);
+    turning += std::abs(rate_after(*by.dof, {by.angle, rate, h}, by.response) - rate);
+  }
+  if (turning == 0) return 0;
+  Real arm = 0;
+  for (const GroupContact& c : g.contacts) {
+    if (g.a(c).node != kNoNode) arm = std::max(arm, glm::length(c.arm_a));
+    if (g.b(c).node != kNoNode) arm = std::max(arm, glm::length(c.arm_b));
+  }
+  for (const GroupNode& n : g.nodes) arm = std::max(arm, 2 * glm::length(n.own_anchor));
+  return turning * arm;
+}
+
 void solve_actuators(const Group& g, Real h) {
   for (std::uint32_t i = 0; i < g.nodes.size(); ++i) {
     GroupActuator& by = g.nodes[i].actuator;
     if (!by.dof || !(by.response > 0)) continue;
-    const auto impulse_at = [&](Real rate) {
-      const LinearisedForce f = linearise(*by.dof, by.angle + h * rate, rate, Slope::tangent);
-      return std::array<Real, 2>{h * f.force, h * (h * f.stiffness + f.damping)};
-    };
     const Real freely = rate_of(g, i) - by.response * by.impulse;
-    const Real impulse = impulse_at(settled(freely, by.response, impulse_at))[0];
+    const Real rate = rate_after(*by.dof, {by.angle, freely, h}, by.response);
+    const Real impulse = h * linearise(*by.dof, by.angle + h * rate, rate, Slope::tangent).force;
     const Real more = impulse - by.impulse;
     if (more == 0) continue;
     by.impulse = impulse;

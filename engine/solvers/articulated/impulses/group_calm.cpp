@@ -11,23 +11,32 @@ constexpr Real kStill = 1e-3;
 /// Largest fraction of a group's mass that may swing from it.
 constexpr Real kArms = 0.1;
 
-bool is_calm(const GroupBody& b, const Wrench& motion, Real h, Real most) {
-  const Real size = size_of(b);
-  const Real speed = glm::length(motion.force) + size * glm::length(motion.torque);
-  return speed < most && h * speed < kCalmWay * size;
-}
-
 Real most_of(std::size_t bodies) { return bodies > kFewBodies ? kRestSpeed : kStill; }
 
-/// Adds up the bodies of a group that rest and those that swing from them.
+/// Adds up the bodies of a group that rest, on ground that may move as a whole, and those that
+/// swing from them.
 struct Calmness {
   enum class May : std::uint8_t { rest, swing };
-  Real most = 0, moving = 0, whole = 0;  // m/s; kg
-  bool is_lost = false;                  // a body moves that must not
+  Real most = 0, h = 0;        // m/s; s
+  Vec3 ground{0};              // m/s
+  Real moving = 0, whole = 0;  // kg
+  bool is_lost = false;        // a body moves that must not
 
-  void add(const GroupBody& b, const Wrench& motion, Real h, May may) {
+  Calmness(std::span<const GroupBody> bodies, std::size_t free, Real step)
+      : most(most_of(free)), h(step) {
+    const auto all_ground = bodies.subspan(free);
+    if (!all_ground.empty()) ground = all_ground.front().velocity;
+    for (const GroupBody& b : all_ground)
+      is_lost = is_lost || b.velocity != ground || b.spin != Vec3(0);
+  }
+  bool is_calm(const GroupBody& b, const Wrench& motion) const {
+    const Real size = size_of(b);
+    const Real speed = glm::length(motion.force - ground) + size * glm::length(motion.torque);
+    return speed < most && h * speed < kCalmWay * size;
+  }
+  void add(const GroupBody& b, const Wrench& motion, May may) {
     whole += 1 / b.per_mass;
-    if (is_calm(b, motion, h, most)) return;
+    if (is_calm(b, motion)) return;
     moving += 1 / b.per_mass;
     is_lost = is_lost || may == May::rest;
   }
@@ -37,23 +46,20 @@ struct Calmness {
 }  // namespace
 
 bool are_calm(const Group& g, const GroupPart& part) {
-  Calmness calm{most_of(g.resting.size())};
+  Calmness calm(g.bodies, g.resting.size(), part.h);
   for (std::size_t i = 0; i < g.resting.size(); ++i) {
     const RestBody& r = g.resting[i];
     const bool swings = part.h < part.whole && !r.touches;
-    calm.add(g.bodies[i], r.motion, part.h, swings ? Calmness::May::swing : Calmness::May::rest);
+    calm.add(g.bodies[i], r.motion, swings ? Calmness::May::swing : Calmness::May::rest);
   }
   return calm.holds();
 }
 
 bool is_calm(std::span<const GroupBody> bodies, std::size_t free, Real h) {
-  Calmness calm{most_of(free)};
-  for (const GroupBody& b : bodies)
-    if (b.per_mass > 0)
-      calm.add(b, {b.velocity, b.spin}, h,
-               b.node != kNoNode && !b.touched ? Calmness::May::swing : Calmness::May::rest);
-    else if (b.velocity != Vec3(0) || b.spin != Vec3(0))
-      return false;
+  Calmness calm(bodies, free, h);
+  for (const GroupBody& b : bodies.first(free))
+    calm.add(b, {b.velocity, b.spin},
+             b.node != kNoNode && !b.touched ? Calmness::May::swing : Calmness::May::rest);
   return calm.holds();
 }
 

@@ -10,6 +10,9 @@ namespace {
 /// rounding decides, and the contact may stop the bodies without restitution.
 constexpr Real kMeets = 1e-9;
 constexpr int kImpactSweeps = 64;
+/// Points of two bodies that are closer than this fraction of their arm at the time of the first
+/// impact meet at once, as the corners of a box that falls flat.
+constexpr Real kTogether = 1e-3;
 
 /// Velocity that the forces of the substep have already added at a point of a tree.
 Vec3 gained_by(const Group& g, const GroupBody& b, Vec3 arm) {
@@ -42,39 +45,87 @@ Real slowest_blow(const GroupBody& a, const GroupBody& b, Real h) {
   return std::clamp(2 * h * pulls, kRounding, kLeastBlow);
 }
 
-/// The impact of two bodies that meet within the substep, at the time of the impact. Free bodies
-/// are moved back so that the new velocity leads through the point of impact. Trees are not moved:
-/// they meet at the start of the substep, at their speed there. False if there is no impact.
-bool meet(const Group& g, GroupContact& c, Real h) {
-  PANTIN_ASSERT(c.works && c.restitution > 0);
-  GroupBody &a = g.a(c), &b = g.b(c);
+/// A contact before an impact.
+struct Meeting {
+  Real speed = 0, gained = 0, pull = 0, gap = 0;  // m/s; m/s of it by forces; m/s^2; m
+  Real when = 0;                                  // s, of the impact
+  bool comes = false, meets = false;              // fast enough to bounce; within the substep
+
+  /// m/s: separating speed after an impact at a time.
+  Real after(Real restitution, Real time) const {
+    return -restitution * (speed + pull * time) - pull * time;
+  }
+  Real gap_at(Real time) const { return gap + time * (speed + 0.5 * time * pull); }
+};
+
+bool is_jointed(const Group& g, const GroupContact& c) {
+  return g.a(c).node != kNoNode || g.b(c).node != kNoNode;
+}
+
+Meeting meeting_of(const Group& g, const Pair& pair, const GroupContact& c, Real h) {
+  Meeting m;
+  if (!c.works || !(c.restitution > 0)) return m;
+  const GroupBody &a = g.a(c), &b = g.b(c);
   const Vec3 n = c.axes[0];
-  Pair pair = begin_pair(g, pair_of(c));
-  const bool jointed = a.node != kNoNode || b.node != kNoNode;
-  const Real gained = glm::dot(n, gained_by(g, a, c.arm_a) - gained_by(g, b, c.arm_b));
-  const Real speed = glm::dot(n, pair.speed_of(arms_of(c))) - gained;
   const auto pull_on = [&](const GroupBody& body) {
     return body.node == kNoNode ? glm::dot(n, body.acceleration) : 0;
   };
-  const Real pull = gained / h + pull_on(a) - pull_on(b);
-  const Real gap = std::max(Real(0), c.gap);
-  const Real left = gap + h * (speed + 0.5 * h * pull);
-  if (speed > -slowest_blow(a, b, h) || left > -kMeets * h * speed) return false;
+  m.gained = glm::dot(n, gained_by(g, a, c.arm_a) - gained_by(g, b, c.arm_b));
+  m.speed = glm::dot(n, pair.speed_of(arms_of(c))) - m.gained;
+  m.pull = m.gained / h + pull_on(a) - pull_on(b);
+  m.gap = std::max(Real(0), c.gap);
+  m.comes = m.speed <= -slowest_blow(a, b, h);
+  m.meets = m.comes && m.gap_at(h) <= -kMeets * h * m.speed;
+  if (!m.meets || is_jointed(g, c)) return m;
   // The first zero of gap + speed t + pull t^2 / 2, in the form that does not cancel.
-  const Real root = std::sqrt(std::max(Real(0), speed * speed - 2 * pull * gap));
-  const Real when = jointed ? 0 : std::min(h, 2 * gap / (root - speed));
-  const Real after = -c.restitution * (speed + pull * when) - pull * when;
-  const Vec3 impulse = strike(pair, c, after + gained);
-  pair.push(opposed(arms_of(c), to_world(c, impulse)));
-  end_pair(g, pair_of(c), pair);
-  c.passed += impulse;
+  const Real root = std::sqrt(std::max(Real(0), m.speed * m.speed - 2 * m.pull * m.gap));
+  m.when = std::min(h, 2 * m.gap / (root - m.speed));
+  return m;
+}
+
+/// The impact of two bodies that meet within the substep, at the time of the impact. Free bodies
+/// are moved back so that the new velocity leads through the point of impact. Trees are not moved:
+/// they meet at the start of the substep, at their speed there. False if there is no impact.
+bool meet(const Group& g, const GroupPair& p, Real h) {
+  const auto contacts = g.contacts.subspan(p.first, p.count);
+  const GroupContact& any = contacts.front();
+  GroupBody &a = g.a(any), &b = g.b(any);
+  Pair pair = begin_pair(g, pair_of(any));
+  const bool jointed = is_jointed(g, any);
+  const GroupContact* first = nullptr;
+  Meeting at;
+  for (const GroupContact& c : contacts) {
+    const Meeting m = meeting_of(g, pair, c, h);
+    if (m.meets && (!first || m.when < at.when)) first = &c, at = m;
+  }
+  if (!first) return false;
+  Blow blow;
+  for (GroupContact& c : contacts) {
+    const Meeting m = meeting_of(g, pair, c, h);
+    const Real together = kTogether * glm::length(can_give_way(a) ? c.arm_a : c.arm_b);
+    const bool at_once = jointed ? m.meets : m.comes && m.gap_at(at.when) <= together;
+    if (&c == first || at_once)
+      blow.add(c, m.after(c.restitution, jointed ? 0 : at.when) + m.gained);
+  }
+  blow.solve(pair);
+  Vec3 aside(0);  // N s, across the normal: acts from the impact on
+  BothWrenches sum;
+  for (const BlowPoint& struck : blow.points()) {
+    const Vec3 impulse = to_world(*struck.contact, struck.impulse);
+    sum += opposed(arms_of(*struck.contact), impulse);
+    aside += impulse - struck.impulse.x * struck.contact->axes[0];
+    struck.contact->passed += struck.impulse;
+  }
+  pair.push(sum);
+  end_pair(g, pair_of(any), pair);
   if (jointed) return true;
-  const Real back = -when * (after + 0.5 * pull * when) - gap;
+  const Vec3 n = first->axes[0];
+  const Real after = at.after(first->restitution, at.when);
+  const Real back = -at.when * (after + 0.5 * at.pull * at.when) - at.gap;
   const Real whole = a.per_mass + b.per_mass;
-  const Vec3 aside = to_world(c, {0, impulse.y, impulse.z});  // acts from the impact on
-  a.pose.position += a.per_mass * (back / whole * n - when * aside),
-      b.pose.position -= b.per_mass * (back / whole * n - when * aside);
-  c.gap += back;
+  a.pose.position += a.per_mass * (back / whole * n - at.when * aside);
+  b.pose.position -= b.per_mass * (back / whole * n - at.when * aside);
+  for (GroupContact& c : contacts) c.gap += back * glm::dot(n, c.axes[0]);
   return true;
 }
 
@@ -89,8 +140,7 @@ bool collide_elastically(const Group& g, const Substep& s) {
   begin_loops(g, s.h, 0);
   for (int sweep = 0; sweep < kImpactSweeps; ++sweep) {
     bool any = false;
-    for (GroupContact& c : g.contacts)
-      any = (c.restitution > 0 && c.works && meet(g, c, s.h)) || any;
+    for (const GroupPair& p : g.pairs) any = meet(g, p, s.h) || any;
     if (!any) break;
     moved = true;
   }

@@ -15,10 +15,10 @@ namespace {
 /// is allowed for until the next check.
 constexpr Real kWatchedClearance = 0.15, kUnexpectedSpin = 20;
 
-void add_drive(const Group& g, GroupNode& n, const GroupPart& part) {
+void list_drive(const GroupNode& n, const JointTurn& at, TurnSprings& list) {
+  const auto& [own, parent, time, part] = at;
   const JointDrive& drive = *n.drive;
-  const Real until = g.time + part.end * part.whole, from = g.time + part.begin * part.whole;
-  const Quat parent = parent_rotation(g, n);
+  const Real until = time + part.end * part.whole, from = time + part.begin * part.whole;
   const Quat to = own_rotation(*n.joint, parent, target_at(drive, until));
   Vec3 ahead(0);  // rad
   if (!drive.keys.empty())
@@ -26,27 +26,36 @@ void add_drive(const Group& g, GroupNode& n, const GroupPart& part) {
                             glm::conjugate(own_rotation(*n.joint, parent, target_at(drive, from))));
   const Real k = n.drive_share * part.h * drive.stiffness, d = n.drive_share * drive.damping;
   // `to` is the target of the drive at the end of the substep.
-  n.spring += Mat3(part.h * k + part.h * d);
-  n.spring_torque += k * rotation_vector(to * glm::conjugate(n.rotation)) + d * ahead;
+  const Vec3 torque = k * rotation_vector(to * glm::conjugate(own)) + d * ahead;
+  for (int i = 0; i < 3; ++i) list.add({kAxes[i], part.h * k + part.h * d, torque[i]});
 }
 
 }  // namespace
 
-void prepare_springs(const Group& g, GroupNode& n, const GroupPart& part) {
+TurnSprings springs_of(const GroupNode& n, const JointTurn& at) {
   PANTIN_ASSERT(n.joint && n.has_spring);
+  TurnSprings list;
   const JointLimits& limits = n.joint->joint.limits;
   if (limits.soft_zone > 0) {
     JointLimit found[4];
-    find_limits(*n.joint, n.rotation, parent_rotation(g, n), found);
+    find_limits(*n.joint, at.own, at.parent, found);
     for (const JointLimit& limit : found) {
       const Real within = limits.soft_zone - limit.clearance;
       if (!limit.watched || !(within > 0)) continue;
-      const Real k = part.h * limits.soft_stiffness;
-      n.spring += part.h * (k + limits.soft_damping) * glm::outerProduct(limit.along, limit.along);
-      n.spring_torque -= k * within * limit.along;
+      const Real k = at.part.h * limits.soft_stiffness;
+      list.add({limit.along, at.part.h * (k + limits.soft_damping), -k * within});
     }
   }
-  if (n.drive) add_drive(g, n, part);
+  if (n.drive) list_drive(n, at, list);
+  return list;
+}
+
+void prepare_springs(const Group& g, GroupNode& n, const GroupPart& part) {
+  n.spring = Mat3(0), n.spring_torque = Vec3(0);
+  for (const TurnSpring& s : springs_of(n, {n.rotation, parent_rotation(g, n), g.time, part})) {
+    n.spring += s.damping * glm::outerProduct(s.along, s.along);
+    n.spring_torque += s.torque * s.along;
+  }
 }
 
 void bound_drives(const Group& g, Real h) {

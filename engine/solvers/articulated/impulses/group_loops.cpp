@@ -24,7 +24,8 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Regularisation, as a fraction of the response of a rigid tie: singular loops stay solvable.
+/// Regularisation, as a fraction of the response of a rigid tie, and at least of the whole island:
+/// singular loops stay solvable, and points of a rigid part have no response but rounding.
 constexpr Real kYield = 1e-7;
 /// Geometric stiffness is added only where, over a substep, it exceeds this fraction of the body's
 /// inertia.
@@ -196,13 +197,16 @@ void divide_row(const Group& g, const GroupLoops& l, Real* row, Blocks blocks) {
 void factor(const Group& g, const GroupLoops& l) {
   const std::span<GroupTie> ties = ties_of(g, l);
   list_steps(g, l);
+  Real mass = 0;
+  for (const GroupTree& t : g.trees.subspan(l.first_tree, l.trees)) mass += t.mass;
+  const Real least = 1 / mass;
   Real* const row = g.numbers.data() + l.row;
   for (std::uint32_t i = 0; i < l.ties; ++i) {
     GroupTie& t = ties[i];
     Real *const begin = row + t.first * kBlockNumbers, *const own = row + i * kBlockNumbers;
     std::fill(begin, own + kBlockNumbers, Real(0));
     add_responses(g, way_of(g, t), i, row);
-    t.yield = kYield / 3 * (own[0] + own[kWide + 1] + own[2 * kWide + 2]);
+    t.yield = kYield * std::max((own[0] + own[kWide + 1] + own[2 * kWide + 2]) / 3, least);
     for (int k = 0; k < 3; ++k) own[k * kWide + k] += t.yield;
     divide_row(g, l, row, {t.first, i});
     kernels().subtract_products(own, begin, begin, 3 * (i - t.first));

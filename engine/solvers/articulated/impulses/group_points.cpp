@@ -14,9 +14,9 @@ constexpr Real kPushSpeed = 1;
 constexpr int kPointIterations = 8;
 /// Iterations over a pair end when changes fall below this fraction of the first one.
 constexpr Real kPairTolerance = 0.02;
-/// Iterations of one impact, and the relative change that ends them: friction rotates bodies that
-/// are not round, which changes the separating speed of the point.
-constexpr int kStrikeIterations = 32;
+/// Iterations of one impact at a point, and at several, and the relative change that ends them:
+/// friction rotates bodies that are not round, which changes the separating speed of the point.
+constexpr int kStrikeIterations = 32, kBlowIterations = 400;
 constexpr Real kStruckEnough = 1e-9;
 /// Least response of a contact of bodies in trees, as a fraction of that without joints.
 constexpr Real kLeastResponse = 1e-4;
@@ -260,24 +260,37 @@ void prepare_pair(const Group& g, GroupPair& p) {
   }
 }
 
-Vec3 strike(const Pair& pair, const GroupContact& c, Real speed) {
-  GroupContact at_once = c;
-  at_once.impulse = Vec3(0), at_once.lead_a = c.arm_a, at_once.lead_b = c.arm_b;
+void Blow::add(GroupContact& c, Real speed) {
+  PANTIN_ASSERT(count_ < kMostPoints);
+  points_[count_++] = {&c, speed, Vec3(0)};
+}
+
+void Blow::solve(const Pair& pair) {
+  GroupContact at_once[kMostPoints];
   PairRows r;
-  r.contacts[0] = &at_once, r.points = 1, r.rows = 3;
-  Real responses[most_responses(3)], speeds[padded(3)] = {};
+  for (const BlowPoint& p : points()) {
+    GroupContact& c = at_once[r.points] = *p.contact;
+    c.impulse = Vec3(0), c.lead_a = c.arm_a, c.lead_b = c.arm_b;
+    r.contacts[r.points++] = &c;
+  }
+  r.rows = 3 * r.points;
+  Real responses[most_responses(kMostRows)], speeds[kMostStride] = {};
+  PairPoint at[kMostPoints];
   write_responses(pair, r, responses);
-  set_responses(at_once, responses, r.stride());
-  set_speeds(pair, at_once, speeds);
-  PairPoint at = point_of(at_once, {speed, speed, {}});
-  const PairIteration of{1, r.stride(), false, &at, responses, speeds};
+  for (std::size_t i = 0; i < r.points; ++i) {
+    set_responses(at_once[i], responses + 3 * i * (r.stride() + 1), r.stride());
+    set_speeds(pair, at_once[i], speeds + 3 * i);
+    at[i] = point_of(at_once[i], {points_[i].speed, points_[i].speed, {}});
+  }
+  PairIteration of{r.points, r.stride(), false, at, responses, speeds};
   Real first = 0;
-  for (int n = 0; n < kStrikeIterations; ++n) {
+  for (int n = 0; n < (r.points > 1 ? kBlowIterations : kStrikeIterations); ++n) {
     const Real now = kernels().iterate_pair(of);
     if (n == 0) first = now;
     if (now <= kStruckEnough * first) break;
+    of.backwards = r.points > 1 && !of.backwards;
   }
-  return impulse_of(at);
+  for (std::size_t i = 0; i < r.points; ++i) points_[i].impulse = impulse_of(at[i]);
 }
 
 Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, Order order) {

@@ -82,8 +82,24 @@ inline constexpr std::size_t most_responses(std::size_t rows) { return rows * pa
 void prepare_pair(const Group& g, GroupPair& p);
 /// Applies the accumulated impulse of a contact to its bodies.
 void push(const Group& g, const GroupContact& c);
-/// The impulse, along the axes, after which a contact separates at a speed, m/s, with friction.
-Vec3 strike(const Pair& pair, const GroupContact& c, Real speed);
+/// A point of two bodies in an impact.
+struct BlowPoint {
+  GroupContact* contact = nullptr;
+  Real speed = 0;   // m/s, of separation after it
+  Vec3 impulse{0};  // N s, along the axes
+};
+/// An impact of two bodies at one or several points at once, with friction: none separates more
+/// slowly than its speed after it, and those that got an impulse do not faster.
+class Blow {
+ public:
+  void add(GroupContact& c, Real speed);
+  void solve(const Pair& pair);
+  std::span<const BlowPoint> points() const { return std::span(points_).first(count_); }
+
+ private:
+  BlowPoint points_[kMostPoints];
+  std::size_t count_ = 0;
+};
 /// Whether sweeps that ended with this change of speed, m/s, cannot converge: kinematic bodies or
 /// overlaps require a body to move in opposite directions.
 bool is_jammed(const Group& g, const Substep& s, Real change);

@@ -93,6 +93,7 @@ void prepare_group(const Group& g, const Substep& s) {
   shorten_all(g, part, part.h);
   Real sudden = kSuddenSpeed;
   for (const GroupBody& b : g.bodies) sudden = std::max(sudden, glm::length(b.velocity));
+  sudden += speed_by_actuators(g, part.h);
   for (GroupTie& t : g.ties)
     if (t.kind != GroupTie::Kind::rigid) prepare_tie(g, t, part.h);
   if (!g.loops.empty()) return prepare_pairs(g, g.pairs, s, sudden);  // they share responses

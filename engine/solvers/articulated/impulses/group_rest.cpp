@@ -141,7 +141,8 @@ bool is_joined(const Group& g, const GroupContact& c) {
 }
 
 /// Contacts that may act in the step. False if an overlap is so deep that sweeps must separate it.
-bool begin_contacts(const Group& g, Real h) {
+bool begin_contacts(const Group& g, const GroupPart& part) {
+  const Real h = part.h;
   const Real weight = weight_of(g);
   for (std::size_t i = 0; i < g.contacts.size(); ++i) {
     GroupContact& c = g.contacts[i];
@@ -165,7 +166,7 @@ bool begin_contacts(const Group& g, Real h) {
     r.may_press = speed_of(g, c, &RestBody::free).x < r.goal.x + kMayPress * h * weight;
     r.goal.y = -c.surface_first, r.goal.z = -c.surface_second;
   }
-  begin_links(g, h, kRestSpeed);
+  begin_links(g, part, kRestSpeed);
   predict_links(g, kMayPress * h * weight);
   return true;
 }
@@ -415,7 +416,7 @@ Rest rest_group(const Group& g, const GroupPart& part) {
   PANTIN_ASSERT(g.resting.size() == free_bodies(g.bodies));
   begin_bodies(g, h);
   start(g);
-  if (!begin_contacts(g, h)) return Rest::fails;
+  if (!begin_contacts(g, part)) return Rest::fails;
   if (!are_calm(g, part)) return Rest::moves;
   Real fastest = kLeastSpeed;
   for (const RestBody& r : g.resting) fastest = std::max(fastest, glm::length(r.free.force));
@@ -432,7 +433,10 @@ Rest rest_group(const Group& g, const GroupPart& part) {
   if (!are_calm(g, part)) return Rest::moves;
   set_rest_impulses(g);
   for (GroupContact& c : g.contacts) c.passed += c.impulse;
+  for (GroupRolling& r : g.rollings) r.passed += r.impulse;
   move_resting_trees(g, part);
+  for (GroupBody& b : g.bodies)
+    if (b.per_mass == 0 && b.velocity != Vec3(0)) move(b, b.velocity, h);
   for (std::size_t i = 0; i < g.resting.size(); ++i) {
     GroupBody& b = g.bodies[i];
     const RestBody& r = g.resting[i];

@@ -1,10 +1,13 @@
-// Joints, limits and cables of a group at rest (group_rest.cpp), as rows of its convex problem.
+// Joints, limits, actuators and ties of a group at rest (group_rest.cpp), as rows of its convex
+// problem.
 //
 // A joint holds its point and the axes about which it does not rotate, by impulses of either sign.
 // Limits and cables act one way. What they may move until then is their goal. Compliances are as
-// small as those of contacts. At the end the impulses of contacts, limits and cables act on the
-// trees through their joints (group_trees.cpp), which stay closed exactly.
+// small as those of contacts. Springs, friction and motors follow their laws at the end of the
+// step. At the end the impulses of contacts, limits, actuators, cables and springs act on the trees
+// through their joints (group_trees.cpp) and loops (group_loops.cpp), which stay closed exactly.
 #include "engine/base/rotation.hpp"
+#include "engine/joints/joint_force.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/impulses/group_resting.hpp"
 #include "engine/solvers/articulated/impulses/group_ties.hpp"
@@ -14,8 +17,6 @@ namespace pantin::detail::articulated {
 namespace {
 
 using Of = RestLink::Of;
-
-const Vec3 kAxes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
 Real dot(const Wrench& a, const Wrench& b) {
   return glm::dot(a.force, b.force) + glm::dot(a.torque, b.torque);
@@ -93,9 +94,11 @@ std::size_t held_axes(const GroupNode& n, Quat own, Quat parent, Vec3 (&held)[3]
   return 2;
 }
 
-/// How far limits and cables may move in the step.
+/// A step, and the speed that limits and cables may have in it, m/s.
 struct Reach {
-  Real h, fast;
+  const GroupPart& part;
+  Real fast;
+  Real h = part.h;
 };
 
 void add_limits(Rows& rows, const GroupNode& n, const Ends& ends, const Reach& reach) {
@@ -113,6 +116,28 @@ void add_limits(Rows& rows, const GroupNode& n, const Ends& ends, const Reach& r
     l.number = rows.g.bodies[ends.a].node, l.side = s;
     l.goal = l.of == Of::lock ? 0 : -std::max(Real(0), found[s].clearance) / reach.h;
     l.last = n.limits[s].impulse;
+    rows.add(l);
+  }
+}
+
+void add_actuator(Rows& rows, const GroupNode& n, const Ends& ends, const Reach& reach) {
+  const GroupBody& own = rows.g.bodies[ends.a];
+  const Quat parent = ends.a == ends.b ? rows.g.trees[n.tree].held_after.rotation
+                                       : rows.g.bodies[ends.b].pose.rotation;
+  const ActuatedAxis at = actuated_axis_of(n, own.pose.rotation, parent);
+  RestLink l = about_axis(rows.g, ends, at.axis);
+  l.of = Of::actuator, l.number = own.node;
+  l.dof = n.actuator.dof, l.angle = at.angle, l.h = reach.h;
+  rows.add(l);
+}
+
+/// Soft zones and the drive. They act as part of the joint's mobility.
+void add_springs(Rows& rows, const GroupNode& n, const Ends& ends, const JointTurn& at) {
+  for (const TurnSpring& s : springs_of(n, at)) {
+    if (!(s.damping > 0)) continue;
+    RestLink l = about_axis(rows.g, ends, s.along);
+    l.of = Of::spring, l.number = rows.g.bodies[ends.a].node;
+    l.compliance = 1 / s.damping, l.goal = s.torque / s.damping;
     rows.add(l);
   }
 }
@@ -136,6 +161,18 @@ void add_joint(Rows& rows, const GroupNode& n, const Reach& reach) {
   const std::size_t count = held_axes(n, own.pose.rotation, parent, held);
   for (std::size_t k = 0; k < count; ++k) add(about_axis(g, ends, held[k]));
   if (n.is_limited) add_limits(rows, n, ends, reach);
+  if (n.has_spring) add_springs(rows, n, ends, {own.pose.rotation, parent, g.time, reach.part});
+  if (n.actuator.dof) add_actuator(rows, n, ends, reach);
+}
+
+/// The stretch of a tie at the start of the step.
+struct Stretch {
+  Real h, by;
+};
+/// Gives a row the law of a spring and a damper.
+void soften(RestLink& l, const GroupTie& t, const Stretch& s) {
+  const Real soft = s.h * (s.h * t.stiffness + t.damping);
+  l.compliance = 1 / soft, l.goal = s.h * t.stiffness * s.by / soft;
 }
 
 /// A cable that may become taut. Its tension is the impulse.
@@ -149,39 +186,67 @@ void add_cable(Rows& rows, std::uint32_t number, const Reach& reach) {
   RestLink l = along_axis(g, ends, t.apart / span);
   l.of = Of::cable, l.number = number, l.last = t.impulse.x;
   l.goal = stretch > 0 ? kRestClosed * stretch / reach.h : stretch / reach.h;
-  if (t.stiffness > 0) {
-    const Real soft = reach.h * (reach.h * t.stiffness + t.damping);
-    l.compliance = 1 / soft, l.goal = reach.h * t.stiffness * stretch / soft;
-  }
+  if (t.stiffness > 0) soften(l, t, {reach.h, stretch});
   rows.add(l);
 }
 
-Real impulse_of(const RestLink& l, Real speed) {
-  const Real impulse = (l.goal - speed) / l.compliance;
-  return l.is_one_sided() ? std::max(Real(0), impulse) : impulse;
+/// A rigid tie, whose gap is closed at the end of the step, or a spring between two points.
+void add_points(Rows& rows, std::uint32_t number, const Reach& reach) {
+  const Group& g = rows.g;
+  GroupTie& t = g.ties[number];
+  place_tie(g, t);
+  for (std::uint32_t k = 0; k < 3; ++k) {
+    RestLink l = along_axis(g, {t.a, t.b, t.arm_a, t.arm_b}, kAxes[k]);
+    l.of = Of::tie, l.number = number, l.side = k;
+    if (t.kind == GroupTie::Kind::spring) soften(l, t, {reach.h, t.apart[static_cast<int>(k)]});
+    rows.add(l);
+  }
 }
 
-bool is_driven_or_sprung(const GroupNode& n) {
-  return n.has_spring || n.is_driven || n.drive || n.actuator.dof;
+/// Rolling and spinning friction of two bodies, bounded by the normal impulses of the last step.
+void add_rolling(Rows& rows, std::uint32_t number) {
+  const GroupRolling& r = rows.g.rollings[number];
+  contact::RollingBounds bounds;
+  for (const GroupContact& c : rows.g.contacts.subspan(r.first, r.count))
+    bounds.add(c.lengths, c.impulse.x);
+  const GroupContact& c = rows.g.contacts[r.first];
+  for (std::uint32_t k = 0; k < 3; ++k) {
+    const Real most = k == 0 ? bounds.spinning : bounds.rolling;
+    if (!(most > 0)) continue;
+    RestLink l = about_axis(rows.g, {c.a, c.b, Vec3(0), Vec3(0)}, r.axes[k]);
+    l.of = Of::rolling, l.number = number, l.side = k, l.most = most;
+    rows.add(l);
+  }
+}
+
+LinearisedForce force_of(const RestLink& l, Real speed) {
+  return linearise(*l.dof, l.angle + l.h * speed, speed, Slope::tangent);
+}
+Real impulse_of(const RestLink& l, Real speed) {
+  if (l.dof) return l.h * force_of(l, speed).force;
+  const Real impulse = (l.goal - speed) / l.compliance;
+  return std::clamp(impulse, l.is_one_sided() ? 0 : -l.most, l.most);
+}
+/// Minus the derivative of an acting row's impulse by the speed.
+Real stiffness_of(const RestLink& l) {
+  if (!l.dof) return 1 / l.compliance;
+  const LinearisedForce f = force_of(l, l.speed);
+  return l.h * (l.h * f.stiffness + f.damping);
 }
 
 }  // namespace
 
-bool can_rest(std::span<const GroupNode> nodes, std::span<const GroupTree> trees,
-              std::span<const GroupTie> ties) {
-  return std::none_of(nodes.begin(), nodes.end(), is_driven_or_sprung) &&
-         std::all_of(trees.begin(), trees.end(),
-                     [](const GroupTree& t) { return t.from == t.to && t.held_spin == Vec3(0); }) &&
-         std::all_of(ties.begin(), ties.end(),
-                     [](const GroupTie& t) { return t.kind == GroupTie::Kind::cable; });
-}
-
-void begin_links(const Group& g, Real h, Real fast) {
+void begin_links(const Group& g, const GroupPart& part, Real fast) {
   Rows rows{g};
-  const Reach reach{h, fast};
+  const Reach reach{part, fast};
   for (const GroupNode& n : g.nodes)
     if (!n.free_root) add_joint(rows, n, reach);
-  for (std::uint32_t i = 0; i < g.ties.size(); ++i) add_cable(rows, i, reach);
+  for (std::uint32_t i = 0; i < g.ties.size(); ++i)
+    if (g.ties[i].kind == GroupTie::Kind::cable)
+      add_cable(rows, i, reach);
+    else
+      add_points(rows, i, reach);
+  for (std::uint32_t i = 0; i < g.rollings.size(); ++i) add_rolling(rows, i);
   while (rows.next < g.rest_links.size()) rows.add({});
 }
 
@@ -221,10 +286,10 @@ void add_outer(Real* block, Real k, const Wrench& x, const Wrench& y) {
 void add_link_blocks(const Group& g, const BlockEnvelope& e) {
   for (RestLink& l : g.rest_links) {
     if (l.of == Of::nothing) break;
-    const bool acts = !l.is_one_sided() || l.impulse != 0 || l.presses;
+    const bool acts = l.is_one_sided() ? l.impulse != 0 || l.presses : std::abs(l.impulse) < l.most;
     l.presses = false;
     if (!acts) continue;
-    const Real k = 1 / l.compliance;
+    const Real k = stiffness_of(l);
     const bool moves_a = l.a < g.resting.size(), moves_b = l.b != l.a && l.b < g.resting.size();
     const std::size_t a = moves_a ? g.resting[l.a].row : 0, b = moves_b ? g.resting[l.b].row : 0;
     if (moves_a) add_outer(e.block(a, a), k, l.on_a, l.on_a);
@@ -257,7 +322,9 @@ bool harden_links(const Group& g, Real most) {
   bool any = false;
   for (RestLink& l : g.rest_links) {
     if (l.of == Of::nothing) break;
-    const bool is_elastic = l.of == Of::cable && g.ties[l.number].stiffness > 0;
+    const bool is_tie = l.of == Of::cable || l.of == Of::tie;
+    const bool is_elastic =
+        l.of == Of::spring || l.of == Of::actuator || (is_tie && g.ties[l.number].stiffness > 0);
     const Real yields = l.size * l.compliance * std::abs(l.impulse);
     if (is_elastic || !(yields > most) || most == 0) continue;
     l.compliance *= 0.5 * most / yields, any = true;
@@ -267,6 +334,9 @@ bool harden_links(const Group& g, Real most) {
 
 void set_rest_impulses(const Group& g) {
   for (RestBody& r : g.resting) r.pressed = 0;
+  for (GroupRolling& r : g.rollings) r.impulse = Vec3(0);
+  for (const RestLink& l : g.rest_links)
+    if (l.of == Of::rolling) g.rollings[l.number].impulse[static_cast<int>(l.side)] = l.impulse;
   for (std::size_t i = 0; i < g.contacts.size(); ++i) {
     GroupContact& c = g.contacts[i];
     c.works = g.rest_contacts[i].near;
@@ -279,27 +349,38 @@ void set_rest_impulses(const Group& g) {
 
 namespace {
 
-/// Applies the impulses that were found, through the joints.
-void push_trees(const Group& g) {
-  for (GroupNode& n : g.nodes)
+/// Writes the impulses of joints and ties that were found.
+void set_joint_impulses(const Group& g) {
+  for (GroupNode& n : g.nodes) {
+    n.actuator.impulse = 0;
     for (GroupLimit& limit : n.limits) limit.impulse = 0;
+  }
   for (GroupTie& t : g.ties) t.impulse = Vec3(0);
   for (const RestLink& l : g.rest_links) {
     if (l.of == Of::nothing) break;
     if (l.of == Of::cable) g.ties[l.number].impulse.x = l.impulse;
-    if (l.of != Of::limit && l.of != Of::lock) continue;
-    GroupLimit& limit = g.nodes[l.number].limits[l.side];
-    limit.impulse = l.impulse;
-    // `on_a` is minus the direction of the limit.
-    if (l.impulse != 0) apply_at_joint(g, l.number, l.impulse * l.on_a.torque);
+    if (l.of == Of::tie && g.ties[l.number].kind == GroupTie::Kind::spring)
+      g.ties[l.number].impulse[static_cast<int>(l.side)] = -l.impulse;
+    if (l.of == Of::actuator) g.nodes[l.number].actuator.impulse = l.impulse;
+    // `on_a` is minus the direction of a limit.
+    if (l.of == Of::limit || l.of == Of::lock) g.nodes[l.number].limits[l.side].impulse = l.impulse;
+    const bool turns = l.of == Of::limit || l.of == Of::lock || l.of == Of::actuator;
+    if (turns && l.impulse != 0) apply_at_joint(g, l.number, l.impulse * l.on_a.torque);
   }
+}
+
+/// Applies the impulses that were found, through the joints and loops.
+void push_trees(const Group& g, Real h) {
+  set_joint_impulses(g);
   for (GroupTie& t : g.ties) {
     place_tie(g, t);
-    push_tie(g, t);
-    t.passed += t.impulse;
+    if (t.kind != GroupTie::Kind::rigid) push_tie(g, t);
   }
   for (const GroupContact& c : g.contacts)
     if (c.impulse != Vec3(0)) push(g, c), g.a(c).touched = g.b(c).touched = true;
+  for (GroupRolling& r : g.rollings) push(g, r);
+  begin_loops(g, h, 0), end_loops(g);
+  for (GroupTie& t : g.ties) t.passed += t.impulse;
 }
 
 }  // namespace
@@ -324,6 +405,8 @@ void keep_standing(const Group& g, const GroupTree& t) {
 void move_resting_trees(const Group& g, const GroupPart& part) {
   if (g.nodes.empty()) return;
   prepare_trees(g, part);
+  prepare_loops(g);
+  for (std::uint32_t i = 0; i < g.bodies.size(); ++i) prepare_looped(g, i);
   for (GroupContact& c : g.contacts)
     if (c.works) place(g, c);
   for (GroupPair& p : g.pairs) {  // responses, for take_up
@@ -332,8 +415,9 @@ void move_resting_trees(const Group& g, const GroupPart& part) {
     prepare_pair(g, p);
   }
   set_rest_impulses(g);
-  push_trees(g);
+  push_trees(g, part.h);
   settle_trees(g);
+  bound_drives(g, part.h);
   for (const GroupNode& n : g.nodes)
     if (g.resting[n.body].pressed > 0) g.trees[n.tree].stands = true;
   move_trees(g, part);

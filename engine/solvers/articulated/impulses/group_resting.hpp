@@ -32,12 +32,13 @@ inline Real size_of(const GroupBody& b) {
 /// (group_calm.cpp).
 bool are_calm(const Group& g, const GroupPart& part);
 
-/// The most rows that a joint or a cable may have.
-inline constexpr std::size_t kMostJointLinks = 6, kMostLimitLinks = 4;
+/// The most rows of a joint with its actuator, of its limits, and of soft zones and the drive.
+inline constexpr std::size_t kMostJointLinks = 6, kMostLimitLinks = 4,
+                             kMostSpringLinks = TurnSprings::kMost;
 
-/// The rows of all joints, limits within reach and cables at the current poses; arms refer to mass
+/// The rows of all joints, limits within reach and ties at the current poses; arms refer to mass
 /// centres. `fast`: m/s, above which bodies do not rest.
-void begin_links(const Group& g, Real h, Real fast);
+void begin_links(const Group& g, const GroupPart& part, Real fast);
 /// Predicts which limits and cables act, given a margin of speed, m/s.
 void predict_links(const Group& g, Real margin);
 /// Computes the impulses, and adds them to the residuals of momentum.
@@ -51,12 +52,7 @@ Real slope_of_links(const Group& g, Real part);
 /// Reduces the compliance of rows that yield faster. Whether there are any.
 bool harden_links(const Group& g, Real most);
 
-/// Whether the joints of these trees and the ties can be such rows: no springs, motors or friction
-/// of joints, no closed loops, no moving anchors.
-bool can_rest(std::span<const GroupNode> nodes, std::span<const GroupTree> trees,
-              std::span<const GroupTie> ties);
-
-/// Writes the impulses that were found to the contacts.
+/// Writes the impulses and torques that were found to the contacts.
 void set_rest_impulses(const Group& g);
 /// Moves trees by the impulses that were found, through their joints.
 void move_resting_trees(const Group& g, const GroupPart& part);

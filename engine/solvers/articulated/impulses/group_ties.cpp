@@ -12,8 +12,6 @@ namespace {
 /// m/s: the fastest closing velocity of a gap.
 constexpr Real kFastestReturn = 4;
 
-const Vec3 kAxes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-
 PairOf pair_of(const GroupTie& t) { return {t.a, t.b, t.cross}; }
 Arms arms_of(const GroupTie& t) { return {t.arm_a, t.arm_b}; }
 

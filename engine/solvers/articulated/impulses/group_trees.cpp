@@ -69,8 +69,6 @@ SpatialInertia inertia_of(const GroupNode& n) {
           n.world_inertia + n.mass * (Mat3(glm::dot(c, c)) - glm::outerProduct(c, c))};
 }
 
-const Vec3 kAxes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-
 Mat3 mobility_of(const GroupNode& n, Quat parent) {
   const Turns turns = n.joint ? turns_of(n.joint->joint.kind) : Turns::freely;
   PANTIN_ASSERT(turns != Turns::own);
@@ -234,7 +232,6 @@ void prepare_tree(const Group& g, GroupTree& t, const GroupPart& part) {
       continue;
     }
     const Quat parent = parent_rotation(g, n);
-    n.spring = Mat3(0), n.spring_torque = Vec3(0);
     if (n.has_spring) prepare_springs(g, n, part);
     n.is_ball = !n.has_spring && (!n.joint || turns_of(n.joint->joint.kind) == Turns::freely);
     n.mobility = mobility_of(n, parent);

@@ -1,8 +1,10 @@
 #pragma once
 /// Wrenches and responses to them; bodies, contacts and joints of a group at rest (group_rest.cpp).
 #include <cstdint>
+#include <limits>
 
 #include "engine/base/math.hpp"
+#include "engine/joints/parameters.hpp"
 
 namespace pantin::detail::articulated {
 
@@ -55,18 +57,32 @@ struct RestContact {
   ConeImpulse cone;
 };
 
-/// One row of a joint, a limit or a cable of such a group: the impulse (goal - speed) / R along a
-/// relative motion of two bodies.
+/// One row of a joint, its limits, springs or actuator, of a tie or of rolling friction: the
+/// impulse (goal - speed) / R along a relative motion of two bodies; of an actuator that of its
+/// law.
 struct RestLink {
-  enum class Of : std::uint8_t { nothing, joint, lock, limit, cable };
+  enum class Of : std::uint8_t {
+    nothing,
+    joint,
+    lock,
+    limit,
+    cable,
+    tie,
+    spring,
+    actuator,
+    rolling
+  };
   Of of = Of::nothing;
-  std::uint32_t number = 0, side = 0;  // node or tie; number of the limit
+  std::uint32_t number = 0, side = 0;  // node, tie or rolling friction; the limit or the axis
   std::uint32_t a = 0, b = 0;          // bodies of the group; at a joint to the world both are one
   Wrench on_a, on_b;                   // by a unit of impulse
   Real compliance = 0;                 // 1/kg, 1/(kg m^2) of rotations
   Real size = 0;                       // m: a speed per unit of `speed`
   Real goal = 0, speed = 0, change = 0;
+  Real most = std::numeric_limits<Real>::infinity();  // N s or N m s, of the impulse's size
   Real last = 0, impulse = 0;               // of the last step; never negative at limits and cables
+  const Dof* dof = nullptr;                 // of an actuator
+  Real angle = 0, h = 0;                    // rad, at the start; s
   bool may_press = false, presses = false;  // as of RestContact
   bool is_one_sided() const { return of == Of::limit || of == Of::cable; }
 };

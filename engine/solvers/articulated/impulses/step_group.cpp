@@ -10,6 +10,7 @@
 // [Macklin 2019, small steps; Catto 2024, soft contacts and relaxation]
 #include <algorithm>
 #include <limits>
+#include <optional>
 
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/articulated/impulses/group_points.hpp"
@@ -55,6 +56,9 @@ constexpr Real kBlow = 10, kLoadSpeed = 0.2, kHeld = 0.99995;
 /// Energy gain of a substep, as a fraction, above which the impulses are solved again from zero.
 constexpr Real kSlightGain = 0.01;
 constexpr int kSweepsFromNone = 12;
+/// Multiples of the deepest overlap: half-spaces of nearly opposite normals, as of a body that fits
+/// exactly between two walls, meet farther away, where nothing holds it.
+constexpr Real kFarthestOut = 20;
 /// s: at rest, compressions are compensated at once.
 constexpr Real kForGood = std::numeric_limits<Real>::infinity();
 /// One sweep: actuators, limits, then springs and cables, then contacts, then loops.
@@ -328,13 +332,15 @@ void finish_group(const Group& g) {
   GroupBody& body = g.bodies.front();
   for (int round = 0; round < 4; ++round) {
     HalfSpaces planes;
+    Real deepest = 0;
     for (const GroupContact& c : g.contacts) {
       const Vec3 n = c.axes[0];
       const Real gap = glm::dot(n, body.pose.position + c.arm_a - g.b(c).pose.position - c.arm_b);
-      if (gap < 0 && gap > -c.shallow) planes.add(n, -gap);
+      if (gap < 0 && gap > -c.shallow) planes.add(n, -gap), deepest = std::max(deepest, -gap);
     }
-    if (planes.count == 0) break;
-    body.pose.position += push_out(planes);
+    const std::optional<Vec3> way = way_out(planes, kFarthestOut * deepest);
+    if (!way) break;
+    body.pose.position += *way;
   }
   for (GroupContact& c : g.contacts) place(g, c);
 }
@@ -374,6 +380,19 @@ bool is_bouncing(const Group& g) {
                      [](const GroupContact& c) { return c.restitution > 0 && c.impulse.x == 0; });
 }
 
+/// Tries the step as one of a group at rest. Then, or before, stored impulses become those of a
+/// substep, from the mean forces.
+Rest rest_or_not(const Group& g, Real h, Real substep) {
+  if (g.resting.empty()) {
+    change_length(g, substep);
+    return Rest::fails;
+  }
+  change_length(g, h);
+  const Rest rest = rest_group(g, {h, 0, 1, h});
+  change_length(g, substep / h);
+  return rest;
+}
+
 }  // namespace
 
 void step_group(const Group& g, Real h, Pace& pace) {
@@ -397,17 +416,15 @@ void step_group(const Group& g, Real h, Pace& pace) {
         static_cast<int>(std::min(kSweepsOfFewPoints * longer, Real(kBlowSweepsOfTrees)));
     s.enough = kEnoughAtFewPoints / (longer * longer * longer);
   }
-  change_length(g, s.h);  // from the mean forces
+  const bool is_bound = is_bounded(g);
+  const Real energy = energy_of_bodies(g);
+  for (GroupBody& b : g.bodies) b.from = b.pose.position;
+  const Rest rest = rest_or_not(g, h, s.h);
+  const bool rests = rest == Rest::taken;
   for (GroupContact& c : g.contacts) {
     c.before = c.impulse.x;
     if (s.hard) c.rest = 0;  // the offset of a heap's springs does not apply without springs
   }
-  const bool is_bound = is_bounded(g);
-  const Real energy = energy_of_bodies(g);
-  for (GroupBody& b : g.bodies) b.from = b.pose.position;
-  const Rest rest = rest_group(g, {h, 0, 1, h});
-  const bool rests = rest == Rest::taken;
-  if (rests) change_length(g, s.h / h);
   bool swings = rest == Rest::moves && !g.trees.empty();  // only arms that touch nothing move
   s.part = {s.h, 0, 0, h};
   bool in_haste = false;

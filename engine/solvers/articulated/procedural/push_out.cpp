@@ -1,7 +1,6 @@
 #include "engine/solvers/articulated/procedural/push_out.hpp"
 
 #include <algorithm>
-#include <optional>
 
 namespace pantin::detail::articulated {
 namespace {
@@ -34,6 +33,12 @@ std::optional<Vec3> corner_of(const HalfSpaces& p, std::size_t i, std::size_t j,
          det;
 }
 
+std::size_t deepest_of(const HalfSpaces& p) {
+  const auto first = p.depths.begin();
+  const auto end = first + static_cast<std::ptrdiff_t>(p.count);
+  return static_cast<std::size_t>(std::max_element(first, end) - first);
+}
+
 }  // namespace
 
 void HalfSpaces::add(Vec3 normal, Real depth) {
@@ -52,20 +57,16 @@ void HalfSpaces::add(Vec3 normal, Real depth) {
   normals[at] = normal, depths[at] = depth;
 }
 
-Vec3 push_out(const HalfSpaces& p) {
+std::optional<Vec3> way_out(const HalfSpaces& p, Real farthest) {
   Vec3 best(0);
-  Real least = 1e300, deepest = 0;
+  Real least = farthest * farthest;
+  bool found = false;
   const auto consider = [&](Vec3 way) {
     const Real d2 = glm::dot(way, way);
-    if (d2 < least && leaves_all(p, way)) least = d2, best = way;
+    if (d2 < least && leaves_all(p, way)) least = d2, best = way, found = true;
   };
-  Vec3 fallback(0);
-  for (std::size_t i = 0; i < p.count; ++i) {
-    const Vec3 alone = p.depths[i] * p.normals[i];
-    if (p.depths[i] > deepest) deepest = p.depths[i], fallback = alone;
-    consider(alone);
-  }
-  if (least < 1e300) return best;  // no solution is shorter than one along a single normal
+  for (std::size_t i = 0; i < p.count; ++i) consider(p.depths[i] * p.normals[i]);
+  if (found) return best;  // no solution is shorter than one along a single normal
   for (std::size_t i = 0; i < p.count; ++i)
     for (std::size_t j = i + 1; j < p.count; ++j)
       if (const std::optional<Vec3> u = edge_of(p, i, j)) consider(*u);
@@ -73,7 +74,12 @@ Vec3 push_out(const HalfSpaces& p) {
     for (std::size_t j = i + 1; j < p.count; ++j)
       for (std::size_t k = j + 1; k < p.count; ++k)
         if (const std::optional<Vec3> u = corner_of(p, i, j, k)) consider(*u);
-  return least < 1e300 ? best : fallback;
+  return found ? std::optional(best) : std::nullopt;
+}
+
+Vec3 push_out(const HalfSpaces& p) {
+  const std::size_t deepest = deepest_of(p);
+  return way_out(p, 1e150).value_or(std::max(Real(0), p.depths[deepest]) * p.normals[deepest]);
 }
 
 }  // namespace pantin::detail::articulated

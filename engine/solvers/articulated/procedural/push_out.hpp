@@ -1,6 +1,7 @@
 #pragma once
 /// The shortest translation out of several half-spaces.
 #include <array>
+#include <optional>
 
 #include "engine/base/math.hpp"
 
@@ -16,9 +17,11 @@ struct HalfSpaces {
 };
 
 /// The shortest translation that satisfies all of them, acute wedges included: along one normal, to
-/// the edge of two planes, or to the corner of three. If there is no solution, the translation for
-/// the deepest one. [Lee 2000, sec. 4.2: the deepest vertex along the normal; planes of a wedge
-/// solved together instead of in turn]
+/// the edge of two planes, or to the corner of three. None if it is longer than `farthest`, m.
+/// [Lee 2000, sec. 4.2: the deepest vertex along the normal; planes of a wedge solved together
+/// instead of in turn]
+std::optional<Vec3> way_out(const HalfSpaces& planes, Real farthest);
+/// The same however far, else the translation for the deepest one.
 Vec3 push_out(const HalfSpaces& planes);
 
 }  // namespace pantin::detail::articulated

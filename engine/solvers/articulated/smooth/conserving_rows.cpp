@@ -7,8 +7,6 @@
 namespace pantin::detail::articulated {
 namespace {
 
-const Vec3 kAxes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-
 /// One row: axis p of body a and axis s of body b stay perpendicular.
 struct RowAxes {
   int p, s;

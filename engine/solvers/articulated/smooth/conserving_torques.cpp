@@ -265,6 +265,17 @@ Real angle_of(const World& world, const Island& a, std::size_t c) {
                  a.joint_memory[c].angle);
 }
 
+Real rate_of(const World& world, const Island& a, std::size_t c) {
+  const std::uint32_t parent =
+      a.parents[c] >= 0 ? a.slots[static_cast<std::size_t>(a.parents[c])] : held_body_of(a, c);
+  const Body& own = world.bodies.values()[a.slots[c]];
+  const Body* const other = parent == UINT32_MAX ? nullptr : &world.bodies.values()[parent];
+  const Vec3 axis =
+      actuated_axis(a.joints[c], own.pose.rotation, other ? other->pose.rotation : kIdentity);
+  const Vec3 spin = own.angular_velocity - (other ? other->angular_velocity : Vec3(0));
+  return sign_of(a.joints[c]) * glm::dot(axis, spin);
+}
+
 void count_turns(const World& world, Island& a) {
   for (std::size_t c = 0; c < a.joints.size(); ++c)
     if (a.joints[c].stiff && is_actuated(a.joints[c]) && a.parents[c] != kFree)
