@@ -12,6 +12,9 @@
 namespace pantin::detail::articulated {
 namespace {
 
+/// Distance of a hub from a mass centre, as a fraction of the island's size.
+constexpr Real kHub = 1e-6;
+
 /// Margins on the predicted displacement of any body of an island in a step, m: its moving anchors,
 /// gravity, and what actuates its joints.
 struct Margin {
@@ -44,12 +47,19 @@ Real displacement_of_targets(const Island& a) {
   return most;
 }
 
+/// Whether a body is the last of its branch and rotates about its mass centre, as a wheel does.
+bool is_wheel(const Island& a, std::size_t c) {
+  const bool is_last = c + 1 >= a.count() || a.parents[c + 1] != static_cast<std::int32_t>(c);
+  return is_last && glm::length(a.constants.vec(kOwnAnchor, c)) < kHub * a.size;
+}
+
 /// Bound on the displacement by springs and motors of joints, beyond that at the present rates: as
-/// if nothing were outboard of their bodies.
+/// if nothing were outboard of their bodies. Wheels stay where they are.
 Real displacement_by_actuators(const World& world, const Island& a, Real h) {
   Real turned = 0;  // rad
   for (std::size_t c = 0; c < a.joints.size(); ++c) {
     if (!a.joints[c].stiff || !is_actuated(a.joints[c]) || a.parents[c] == kFree) continue;
+    if (is_wheel(a, c)) continue;
     const Vec3 i = a.constants.vec(kInertia, c), arm = a.constants.vec(kOwnAnchor, c);
     const Real inertia = std::min({i.x, i.y, i.z}) + a.constants.at(kMass, c) * glm::dot(arm, arm);
     const Real rate = rate_of(world, a, c);

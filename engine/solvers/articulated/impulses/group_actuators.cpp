@@ -33,11 +33,22 @@ void push_actuators(const Group& g) {
       apply_at_joint(g, i, by.impulse * by.axis);
 }
 
+namespace {
+
+/// Whether a body is the last of its branch and rotates about its mass centre.
+bool is_wheel(const Group& g, std::uint32_t node) {
+  constexpr Real kHub = 1e-6;  // m
+  const bool is_last = node + 1 >= g.nodes.size() || g.nodes[node + 1].parent != node;
+  return is_last && glm::length(g.nodes[node].own_anchor) < kHub;
+}
+
+}  // namespace
+
 Real speed_by_actuators(const Group& g, Real h) {
   Real turning = 0;  // rad/s
   for (std::uint32_t i = 0; i < g.nodes.size(); ++i) {
     const GroupActuator& by = g.nodes[i].actuator;
-    if (!by.dof || !(by.response > 0)) continue;
+    if (!by.dof || !(by.response > 0) || is_wheel(g, i)) continue;
     const Real rate = rate_of(g, i);
     turning += std::abs(rate_after(*by.dof, {by.angle, rate, h}, by.response) - rate);
   }
