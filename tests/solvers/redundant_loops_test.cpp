@@ -6,6 +6,7 @@
 #include "engine/world/ties.hpp"
 #include "tests/solvers/exact.hpp"
 #include "tests/solvers/standing.hpp"
+#include "tests/solvers/trees.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
@@ -92,4 +93,48 @@ TEST_CASE("an impulse after exact rest without weight acts in full") {
       }
       CHECK(sim.findings().empty());
     }
+}
+
+TEST_CASE("random mechanisms with more joints than they need never gain energy") {
+  constexpr JointKind kAny[] = {JointKind::ball, JointKind::hinge, JointKind::fixed,
+                                JointKind::universal};
+  for (unsigned seed = 1; seed <= 60; ++seed) {
+    Random dice(seed);
+    World w;
+    w.gravity = Vec3(0);
+    std::vector<Entity> bodies;
+    const int count = 2 + dice.below(5);
+    const Vec3 spin = dice.between(0.5, 4) * dice.direction();
+    for (int i = 0; i < count; ++i) {
+      const Vec3 at =
+          i == 0 ? Vec3(0) : w.bodies[bodies.back()].pose.position + 0.3 * dice.direction();
+      const Vec3 half(0.15, dice.between(0.01, 0.1), dice.between(0.01, 0.1));
+      bodies.push_back(add_solid(w, box_shape(half), {at, kIdentity}, Motion::dynamic));
+      w.collisions.remove(bodies.back());
+      w.bodies[bodies.back()].angular_velocity = spin;
+      w.bodies[bodies.back()].velocity = Vec3(0.5, 0, 0) + glm::cross(spin, at);
+    }
+    const auto join = [&](int a, int b) {
+      const Entity first = bodies[static_cast<std::size_t>(a)],
+                   second = bodies[static_cast<std::size_t>(b)];
+      const Vec3 middle = 0.5 * (w.bodies[first].pose.position + w.bodies[second].pose.position);
+      add_link(w, {first, second,
+                   joint_at(w, first, second, kAny[dice.below(4)], middle,
+                            frame_along(dice.direction()))});
+    };
+    for (int i = 1; i < count; ++i) join(dice.below(i), i);
+    for (int extra = 1 + dice.below(3); extra > 0; --extra) {
+      const int a = dice.below(count), b = dice.below(count);
+      if (a != b) join(a, b);
+    }
+    Simulation sim(std::move(w), {1.0 / 60});
+    const Measures start = measure(sim.world);
+    INFO("seed " << seed);
+    for (int i = 0; i < 120; ++i) {
+      REQUIRE(sim.step().status == Status::ok);
+      const Measures now = measure(sim.world);
+      REQUIRE(now.energy() < 1.01 * start.energy());
+      REQUIRE(glm::distance(now.momentum, start.momentum) < 1e-6 * glm::length(start.momentum));
+    }
+  }
 }
