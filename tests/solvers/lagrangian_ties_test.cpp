@@ -1,5 +1,7 @@
 // Cables, ratios, joints from outside, frames and pins that are moved: with the Lagrangian solver.
 #include <catch2/catch.hpp>
+#include <pantin/must.hpp>
+#include <pantin/pantin.hpp>
 
 #include "engine/joints/kinds.hpp"
 #include "engine/world/ties.hpp"
@@ -227,5 +229,35 @@ TEST_CASE("a pin whose place is moved by hand takes its point along") {
     }
     INFO(name_of(integrator) << ": " << worst);
     CHECK(worst <= 1e-11);
+  }
+}
+
+TEST_CASE("joints that say the same twice are consistent where no load acts") {
+  // A box on two parallel slides that moves, and one that is locked twice and rests.
+  for (const bool moves : {true, false}) {
+    World w;
+    w.gravity = Vec3(0);
+    w.default_settings.solver = Solver::lagrangian;
+    const Entity wall = must(w.add(RigidBody{.motion = Motion::fixed}));
+    const Entity box =
+        must(w.add(RigidBody{.shape = BoxShape{{0.2, 0.1, 0.1}}, .mass = 1, .drag = 0}));
+    if (moves) {
+      for (const Real z : {-0.2, 0.2})
+        must(w.add(PrismaticJoint{.a = wall, .b = box, .anchor = {0, 0, z}, .axis = {1, 0, 0}}));
+      w.bodies[box].velocity = {1, 0, 0};
+    } else {
+      must(w.add(FixedJoint{.a = wall, .b = box}));
+      must(w.add(UniversalJoint{
+          .a = wall, .b = box, .anchor = {0.1, 0, 0}, .axis_a = {0, 1, 0}, .axis_b = {0, 0, 1}}));
+    }
+    Simulation sim(std::move(w));
+    sim.settings.h = 1.0 / 60;
+    for (int i = 0; i < 60; ++i) {
+      if (!moves && i == 10) sim.world.forces.add(box, {{20, 3, 0}, {0, 1, 0}});
+      if (!moves && i == 20) sim.world.forces.remove(box);
+      REQUIRE(sim.step().status == Status::ok);
+    }
+    CHECK(sim.world.bodies[box].velocity.x == Approx(moves ? 1 : 0).margin(1e-12));
+    CHECK(sim.findings().empty());
   }
 }

@@ -231,11 +231,15 @@ void add_motion(const Island& m, std::span<const Real> lambda, std::span<Vec3> a
   }
 }
 
-/// Centripetal acceleration at the end of the longest arm, m/s^2.
+/// Centripetal acceleration at the end of the longest arm, or on a path as curved as that is long,
+/// m/s^2: at least that of a slow rotation, since what rests has none but rounding.
 Real turning(const Island& m) {
-  Real fastest = 0;
-  for (const Vec3& w : m.scratch.state.w) fastest = std::max(fastest, glm::dot(w, w));
-  return fastest * m.reach;
+  constexpr Real kSlow = 1e-2;  // rad/s
+  Real fastest = kSlow * kSlow * m.reach * m.reach;
+  for (const Vec3& w : m.scratch.state.w)
+    fastest = std::max(fastest, glm::dot(w, w) * m.reach * m.reach);
+  for (const Vec3& v : m.scratch.state.v) fastest = std::max(fastest, glm::dot(v, v));
+  return m.reach > 0 ? fastest / m.reach : 0;
 }
 
 /// One solve with the factor and right-hand side scratch.row_residual, which is overwritten.
