@@ -88,20 +88,24 @@ Meeting meeting_of(const Group& g, const Pair& pair, const GroupContact& c, Real
 /// they meet at the start of the substep, at their speed there. False if there is no impact.
 bool meet(const Group& g, const GroupPair& p, Real h) {
   const auto contacts = g.contacts.subspan(p.first, p.count);
+  if (std::none_of(contacts.begin(), contacts.end(),
+                   [](const GroupContact& c) { return c.works && c.restitution > 0; }))
+    return false;
   const GroupContact& any = contacts.front();
   GroupBody &a = g.a(any), &b = g.b(any);
   Pair pair = begin_pair(g, pair_of(any));
   const bool jointed = is_jointed(g, any);
   const GroupContact* first = nullptr;
-  Meeting at;
-  for (const GroupContact& c : contacts) {
-    const Meeting m = meeting_of(g, pair, c, h);
-    if (m.meets && (!first || m.when < at.when)) first = &c, at = m;
+  Meeting at, all[kMostPoints];
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Meeting& m = all[i] = meeting_of(g, pair, contacts[i], h);
+    if (m.meets && (!first || m.when < at.when)) first = &contacts[i], at = m;
   }
   if (!first) return false;
   Blow blow;
-  for (GroupContact& c : contacts) {
-    const Meeting m = meeting_of(g, pair, c, h);
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    GroupContact& c = contacts[i];
+    const Meeting& m = all[i];
     const Real together = kTogether * glm::length(can_give_way(a) ? c.arm_a : c.arm_b);
     const bool at_once = jointed ? m.meets : m.comes && m.gap_at(at.when) <= together;
     if (&c == first || at_once)

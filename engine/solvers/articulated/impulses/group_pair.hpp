@@ -101,7 +101,8 @@ inline void end_side(const Group& g, std::uint32_t i, const Side& side) {
   GroupBody& body = g.bodies[i];
   if (body.node != kNoNode) {
     visit(g, body.node);
-    if (body.looped != kNoNode) push_looped(g, g.looped[body.looped], side.sum);
+    if (body.looped != kNoNode && g.looped[body.looped].known)
+      push_looped(g, g.looped[body.looped], side.sum);
     return apply(g, body.node, side.sum);
   }
   body.velocity = side.velocity, body.spin = side.spin;

@@ -101,13 +101,17 @@ struct Reach {
   Real h = part.h;
 };
 
-void add_limits(Rows& rows, const GroupNode& n, const Ends& ends, const Reach& reach) {
-  const Group& g = rows.g;
-  const Quat own = g.bodies[ends.a].pose.rotation;
-  const Quat parent =
-      ends.a == ends.b ? g.trees[n.tree].held_after.rotation : g.bodies[ends.b].pose.rotation;
+/// A joint between the bodies of its ends at the start of the step.
+struct PlacedJoint {
+  const GroupNode& n;
+  Ends ends;
+  JointTurn at;
+};
+
+void add_limits(Rows& rows, const PlacedJoint& joint, const Reach& reach) {
+  const auto& [n, ends, at] = joint;
   JointLimit found[4];
-  find_limits(*n.joint, own, parent, found);
+  find_limits(*n.joint, at.own, at.parent, found);
   for (std::uint32_t s = 0; s < 4; ++s) {
     if (!found[s].watched) continue;
     RestLink l = about_axis(rows.g, ends, -found[s].along);
@@ -120,23 +124,21 @@ void add_limits(Rows& rows, const GroupNode& n, const Ends& ends, const Reach& r
   }
 }
 
-void add_actuator(Rows& rows, const GroupNode& n, const Ends& ends, const Reach& reach) {
-  const GroupBody& own = rows.g.bodies[ends.a];
-  const Quat parent = ends.a == ends.b ? rows.g.trees[n.tree].held_after.rotation
-                                       : rows.g.bodies[ends.b].pose.rotation;
-  const ActuatedAxis at = actuated_axis_of(n, own.pose.rotation, parent);
-  RestLink l = about_axis(rows.g, ends, at.axis);
-  l.of = Of::actuator, l.number = own.node;
-  l.dof = n.actuator.dof, l.angle = at.angle, l.h = reach.h;
+void add_actuator(Rows& rows, const PlacedJoint& joint) {
+  const auto& [n, ends, at] = joint;
+  const auto [axis, angle] = actuated_axis_of(n, at.own, at.parent);
+  RestLink l = about_axis(rows.g, ends, axis);
+  l.of = Of::actuator, l.number = rows.g.bodies[ends.a].node;
+  l.dof = n.actuator.dof, l.angle = angle, l.h = at.part.h;
   rows.add(l);
 }
 
 /// Soft zones and the drive. They act as part of the joint's mobility.
-void add_springs(Rows& rows, const GroupNode& n, const Ends& ends, const JointTurn& at) {
-  for (const TurnSpring& s : springs_of(n, at)) {
+void add_springs(Rows& rows, const PlacedJoint& joint) {
+  for (const TurnSpring& s : springs_of(joint.n, joint.at)) {
     if (!(s.damping > 0)) continue;
-    RestLink l = about_axis(rows.g, ends, s.along);
-    l.of = Of::spring, l.number = rows.g.bodies[ends.a].node;
+    RestLink l = about_axis(rows.g, joint.ends, s.along);
+    l.of = Of::spring, l.number = rows.g.bodies[joint.ends.a].node;
     l.compliance = 1 / s.damping, l.goal = s.torque / s.damping;
     rows.add(l);
   }
@@ -160,9 +162,10 @@ void add_joint(Rows& rows, const GroupNode& n, const Reach& reach) {
   Vec3 held[3];
   const std::size_t count = held_axes(n, own.pose.rotation, parent, held);
   for (std::size_t k = 0; k < count; ++k) add(about_axis(g, ends, held[k]));
-  if (n.is_limited) add_limits(rows, n, ends, reach);
-  if (n.has_spring) add_springs(rows, n, ends, {own.pose.rotation, parent, g.time, reach.part});
-  if (n.actuator.dof) add_actuator(rows, n, ends, reach);
+  const PlacedJoint joint{n, ends, {own.pose.rotation, parent, g.time, reach.part}};
+  if (n.is_limited) add_limits(rows, joint, reach);
+  if (n.has_spring) add_springs(rows, joint);
+  if (n.actuator.dof) add_actuator(rows, joint);
 }
 
 /// The stretch of a tie at the start of the step.
@@ -406,7 +409,6 @@ void move_resting_trees(const Group& g, const GroupPart& part) {
   if (g.nodes.empty()) return;
   prepare_trees(g, part);
   prepare_loops(g);
-  for (std::uint32_t i = 0; i < g.bodies.size(); ++i) prepare_looped(g, i);
   for (GroupContact& c : g.contacts)
     if (c.works) place(g, c);
   for (GroupPair& p : g.pairs) {  // responses, for take_up

@@ -108,9 +108,9 @@ struct ConservingIterate {
       const Vec<P> g{all<P>(in.gravity[0]), all<P>(in.gravity[1]), all<P>(in.gravity[2])};
       const P fall = (2.0 * h4) * num<P>(c, kGravityScale) * dot(g, way);
       impulse = mass * v;
-      // Speeds below a billionth of the radius per step are rounding, also without weight.
+      // Speeds below a 1e12th of the radius per step are rounding, also without weight.
       const P radius2 = dot(arm, arm) + half / mass;
-      weight_.add(i, own * mass * (root(dot(g, g) * radius2) + 1e-8 * per4 * per4 * radius2));
+      weight_.add(i, own * mass * (root(dot(g, g) * radius2) + 1e-14 * per4 * per4 * radius2));
       due_.add(i, own * mass * (dot(s.v, s.v) + fall));
       work_.add(i, own * mass * size_of(fall));
       const Vec<P> turned = vec<P>(memory(i), kTurned);

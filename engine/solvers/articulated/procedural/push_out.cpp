@@ -1,6 +1,7 @@
 #include "engine/solvers/articulated/procedural/push_out.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace pantin::detail::articulated {
 namespace {
@@ -79,7 +80,8 @@ std::optional<Vec3> way_out(const HalfSpaces& p, Real farthest) {
 
 Vec3 push_out(const HalfSpaces& p) {
   const std::size_t deepest = deepest_of(p);
-  return way_out(p, 1e150).value_or(std::max(Real(0), p.depths[deepest]) * p.normals[deepest]);
+  return way_out(p, std::numeric_limits<Real>::infinity())
+      .value_or(std::max(Real(0), p.depths[deepest]) * p.normals[deepest]);
 }
 
 }  // namespace pantin::detail::articulated
