@@ -141,7 +141,7 @@ TEST_CASE("a free body that is pushed for a step, at any time, lost nothing") {
     Body b;
     b.drag = 0;
     const Entity body = w.add_body(b);
-    Simulation sim(std::move(w), {1.0 / 60});
+    Simulation sim(std::move(w), {1.0 / 60, 1, 1, false, true});
     for (int i = 0; i < wait; ++i) sim.step();
     sim.world.forces.add(body, {{120, 0, 0}, {0, 3, 0}});
     sim.step();

@@ -250,8 +250,7 @@ TEST_CASE("joints that say the same twice are consistent where no load acts") {
       must(w.add(UniversalJoint{
           .a = wall, .b = box, .anchor = {0.1, 0, 0}, .axis_a = {0, 1, 0}, .axis_b = {0, 0, 1}}));
     }
-    Simulation sim(std::move(w));
-    sim.settings.h = 1.0 / 60;
+    Simulation sim(std::move(w), {1.0 / 60, 1, 1, false, true});
     for (int i = 0; i < 60; ++i) {
       if (!moves && i == 10) sim.world.forces.add(box, {{20, 3, 0}, {0, 1, 0}});
       if (!moves && i == 20) sim.world.forces.remove(box);
