@@ -1,7 +1,11 @@
 // Towers, walls and crossed layers of free bodies: they stand, bear their weight, and fall asleep.
 #include <catch2/catch.hpp>
+#include <filesystem>
+#include <string>
 
 #include "engine/pantin/shapes.hpp"
+#include "engine/runtime/save.hpp"
+#include "engine/solvers/articulated/articulated.hpp"
 #include "tests/solvers/standing.hpp"
 
 using namespace pantin;
@@ -12,7 +16,7 @@ namespace {
 /// A structure, and by how much of its smallest size it may move.
 struct Structure : Standing {
   Real size;  // m
-  explicit Structure(Real smallest) : size(smallest) {}
+  explicit Structure(Real smallest, Real friction = 0.5) : Standing(friction), size(smallest) {}
 };
 
 /// `count` blocks one on another; each other one `askew` to either side, the top one heavier.
@@ -84,6 +88,18 @@ Structure house_of_cards(int floors) {
   return s;
 }
 
+/// Dominoes on an arc; the first is pushed over, rad/s.
+Structure dominoes(int count, Real push) {
+  Structure s(0.035);
+  for (int i = 0; i < count; ++i) {
+    const Real angle = 0.065 * i;
+    s.add({2.2 * std::cos(angle), 0.18, 2.2 * std::sin(angle)}, {0.0175, 0.18, 0.08}, 600,
+          from_rotation_vector({0, kPi / 2 - angle, 0}));
+  }
+  s.world.bodies[s.blocks.front()].angular_velocity = {push, 0, 0};
+  return s;
+}
+
 }  // namespace
 
 TEST_CASE("towers and walls stand where they were built and sleep within a second") {
@@ -121,6 +137,63 @@ TEST_CASE("what falls a little comes to rest on what stands, and stays there") {
       CHECK(std::abs(at.x - (i % 2 ? 1e-3 : -1e-3)) < 2e-3);
     }
   }
+}
+
+TEST_CASE("dominoes that fell on one another come to rest and sleep") {
+  for (const Real push : {3.0, 3.4, 3.8}) {
+    const Structure s = dominoes(60, push);
+    Simulation sim = Simulation::copy_of(s.world, {1.0 / 60});
+    for (int i = 0; i < 480; ++i) REQUIRE(sim.step().status == Status::ok);
+    int asleep = 0, fell = 0;
+    for (const Entity e : s.blocks) {
+      asleep += is_asleep(sim.world, e);
+      fell += sim.world.bodies[e].pose.position.y < 0.15;
+    }
+    INFO(push);
+    CHECK(asleep == 60);
+    CHECK(fell == 60);
+  }
+}
+
+TEST_CASE("what is searched for rest in vain goes on as after saving and reading") {
+  const Structure s = dominoes(20, 3.4);
+  Simulation sim = Simulation::copy_of(s.world, {1.0 / 60});
+  const std::string path =
+      (std::filesystem::temp_directory_path() / "pantin_resting_groups_test.world").string();
+  int waited = 0;
+  for (int i = 0; i < 240; ++i) {
+    REQUIRE(save_world(sim.world, path));
+    Simulation read = Simulation::copy_of(load_world(path).value(), {1.0 / 60});
+    read.step(), sim.step();
+    REQUIRE(state_hash(read.world) == state_hash(sim.world));
+    for (const auto& a : sim.world.memory.of<detail::articulated::Islands>().list)
+      waited += a.waits > 0;
+  }
+  std::filesystem::remove(path);
+  CHECK(waited > 3);
+}
+
+TEST_CASE("stacks slide as one body, whatever their height and the step") {
+  for (const Real h : {1.0 / 30, 1.0 / 60, 1.0 / 240, 1.0 / 960})
+    for (const auto& [count, friction] :
+         {std::pair(5, 0.1), std::pair(12, 0.05), std::pair(20, 0.03)}) {
+      INFO(count << " boxes at " << h);
+      Structure s(0.2, friction);
+      for (int i = 0; i < count; ++i) s.add({0, 0.1 + 0.2 * i, 0}, Vec3(0.1));
+      for (const Entity e : s.blocks) s.world.bodies[e].velocity = {0.6, 0, 0};
+      Simulation sim = Simulation::copy_of(s.world, {h});
+      const Real slows = friction * 9.81, way = 0.36 / 2 / slows;
+      for (int i = 0; i < std::lround((0.6 / slows + 1.5) / h); ++i)
+        REQUIRE(sim.step().status == Status::ok);
+      for (const Entity e : s.blocks) {
+        const Vec3 at = sim.world.bodies[e].pose.position - s.world.bodies[e].pose.position;
+        // Velocities are those at the end of a substep of 2.1 ms at most.
+        CHECK(std::abs(at.x - way) < 0.6 * 0.0022);
+        CHECK(std::abs(at.y) < 2e-5);
+        CHECK(std::abs(at.z) < 2e-5);
+        CHECK(is_asleep(sim.world, e));
+      }
+    }
 }
 
 TEST_CASE("what leans beyond its base falls, and what is on too steep a slope slides") {

@@ -102,6 +102,35 @@ TEST_CASE("what is struck wakes with all that it touches, and nothing else does"
                     [&](const Contact& c) { return c.slot_a == top || c.slot_b == top; }));
 }
 
+TEST_CASE("a heap sleeps beside a ball that rolls past, and wakes where one rolls into it") {
+  const Stacks s = stacks(2);
+  Simulation sim = at_rest(s.world);
+  // Past the first stack, at 1 mm from its side.
+  World& w = sim.world;
+  w.bodies[s.ball].pose.position = {-0.4, 0.1, 0.301}, w.bodies[s.ball].teleport = true;
+  send(w, s.ball, {0.25, 0, 0});
+  w.bodies[s.ball].angular_velocity = {0, 0, -2.5};
+  for (int i = 0; i < 180; ++i) {
+    REQUIRE(sim.step().status == Status::ok);
+    REQUIRE(awake(sim, s.boxes[0]) == 0);
+    REQUIRE(!is_asleep(w, s.ball));
+  }
+  CHECK(w.bodies[s.ball].pose.position.x == Approx(0.35).margin(1e-6));
+  // On into the second.
+  w.bodies[s.ball].pose.position = {1.5, 0.1, 0}, w.bodies[s.ball].teleport = true;
+  Real before = 0;
+  int woke = 0;
+  for (int i = 0; i < 120; ++i) {
+    before = std::max(before, w.bodies[s.ball].pose.position.x);
+    REQUIRE(sim.step().status == Status::ok);
+    woke = std::max(woke, awake(sim, s.boxes[1]));
+    REQUIRE(awake(sim, s.boxes[0]) == 0);
+  }
+  CHECK(woke == kHigh);
+  CHECK(before < 1.7 + 1e-4);  // where it touches the side of the stack
+  CHECK(before > 1.7 - 1e-3);
+}
+
 TEST_CASE("each step goes on as after saving and reading") {
   const Stacks s = stacks(3);
   Simulation sim = at_rest(s.world);

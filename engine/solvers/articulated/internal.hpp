@@ -108,7 +108,10 @@ void set_targets(const World& world, Island& a, Real h);
 /// (gather_groups.cpp). step_group() takes a step of one group (step_group.cpp): dynamic bodies
 /// come first, then fixed and kinematic ones; contacts hold mean forces before and after.
 void gather_groups(const World& world, GroupScratch& r, Real h);
-void step_group(const Group& g, Real h, Pace& pace);
+Rest step_group(const Group& g, Real h, Pace& pace);
+/// After the step: puts islands of the group to sleep that have been still for long enough, with
+/// all that they touch (group_sleep.cpp). All islands are sets of their own in GroupScratch::sets.
+void let_sleep(World& world, const Group& g, Real h);
 Mat3 inverse_inertia(const GroupBody& b, Quat rotation);
 
 /// Whether pins, cables or loops act on the island.

@@ -7,6 +7,7 @@
 #include "engine/solvers/articulated/kernels/geometry.hpp"
 #include "engine/solvers/articulated/kernels/inward.hpp"
 #include "engine/solvers/articulated/kernels/island_lanes.hpp"
+#include "engine/solvers/articulated/kernels/pair_lanes.hpp"
 #include "engine/solvers/articulated/kernels/pairs.hpp"
 #include "engine/solvers/articulated/kernels/predict.hpp"
 #include "engine/solvers/articulated/kernels/sweep.hpp"
@@ -43,6 +44,9 @@ const Kernels PANTIN_JOINED(kernels_, PANTIN_KERNELS) = {PANTIN_TEXT(PANTIN_KERN
                                                          subtract_products,
                                                          multiply_motions,
                                                          iterate_pair,
+                                                         prepare_pairs,
+                                                         push_pairs,
+                                                         solve_pairs,
                                                          subtract_row};
 
 }  // namespace pantin::detail::articulated

@@ -220,6 +220,40 @@ struct RowMotions {
 };
 inline constexpr std::size_t kMotionNumbers = 12;
 
+/// Rows of pairs of bodies without joints, solved side by side, kPairLanes numbers each.
+enum PairRow : std::size_t {
+  kPairIterations,          // at most
+  kPairOfA,                 // 7: inverse mass, 1/kg; inverse inertia, world axes, symmetric
+  kPairOfB = kPairOfA + 7,  // 7
+  kPairRows = kPairOfB + 7  // before those of the points
+};
+/// Rows of their points; points that a pair lacks are zero.
+enum PointRow : std::size_t {
+  kPointAxes,                      // 9: normal and tangents
+  kPointArmA = kPointAxes + 9,     // 3, m
+  kPointArmB = kPointArmA + 3,     // 3
+  kPointSurface = kPointArmB + 3,  // 2: m/s, along the tangents
+  kPointFriction = kPointSurface + 2,
+  kPointAlong,                      // 1/kg, normal response
+  kPointPerAlong,                   // kg
+  kPointPerAside,                   // kg
+  kPointCross,                      // 2: 1/kg, tangential responses to a normal impulse
+  kPointImpulse = kPointCross + 2,  // 3: N s, along the axes
+  kPointSpeed = kPointImpulse + 3,  // as in PairPoint, likewise the next two
+  kPointParted,
+  kPointKept,
+  kPointByMass,  // of the impulse per missing speed of a rigid contact
+  kPointRows
+};
+/// Up to kPairLanes pairs; no body that moves is in two of them.
+struct PairLanes {
+  std::size_t pairs, points;  // points: most of a pair
+  double tolerance;           // relative to the first change of speed
+  double* table;
+  /// Velocity, spin and angular momentum, 9 numbers; of lanes without a pair, those of the first.
+  double *a[kPairLanes], *b[kPairLanes];
+};
+
 struct Kernels {
   const char* name;
   /// Predicts the free motion of every body: pose and angular velocity into the work table. False
@@ -264,6 +298,11 @@ struct Kernels {
   /// Projected Gauss-Seidel over the points of a pair, with Coulomb friction. Returns the largest
   /// change of speed, m/s.
   double (*iterate_pair)(const PairIteration&);
+  /// Pairs side by side: responses of their points; impulses of all points; the iterations of
+  /// iterate_pair(), each pair until its changes are small. Returns the largest change of speed.
+  void (*prepare_pairs)(const PairLanes&);
+  void (*push_pairs)(const PairLanes&);
+  double (*solve_pairs)(const PairLanes&);
   /// to -= factor row.
   void (*subtract_row)(double* to, const double* row, double factor, std::size_t count);
 };

@@ -19,6 +19,8 @@ struct Children {
 inline constexpr std::size_t kLanes = 4;
 /// Largest batch of islands, with the widest registers.
 inline constexpr std::size_t kMostAbreast = 8;
+/// Pairs of bodies without joints whose contact points are solved side by side.
+inline constexpr std::size_t kPairLanes = 4;
 
 /// Rows of Island::constants.
 enum Constant : std::size_t {

@@ -15,13 +15,11 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Error of Contact::rest at which bodies may fall asleep, as a fraction of the shallow overlap.
-constexpr Real kSettled = 5e-4;
-/// Sleep freezes forces: it waits until speeds fall below this fraction of the sleep speed, or for
-/// this time, s; in heaps of free bodies for the last.
-constexpr Real kDead = 1e-3, kPatience = 3, kPatienceInHeap = 1;
-/// In a heap, bodies spinning in place may sleep at a spin this many times larger.
-constexpr Real kSpinsInHeap = 10;
+/// An awake body meets a sleeping one if their gap is less than this fraction of the awake island's
+/// size, or than the way at this many times the fastest speed of its group.
+constexpr Real kNext = 1e-3, kCautious = 2;
+/// A group is not searched for rest for 0, 1, 3, 7 steps after so many misses.
+constexpr int kMostMisses = 4;
 /// Threads share a group of so many pairs.
 constexpr std::size_t kManyPairs = 128;
 
@@ -40,12 +38,98 @@ bool is_mutual(const World& world, const Contact& c) {
   return is_own(world, c.slot_a) && is_own(world, c.slot_b);
 }
 
-/// Joins the islands of both bodies of each contact.
-void join_touching(const World& world, std::span<const Contact> contacts, DisjointSets& sets) {
+/// Joins the islands of both bodies of each of these contacts that `joins` accepts.
+template <class Joins>
+void join_touching(const World& world, std::span<const Contact> contacts, DisjointSets& sets,
+                   const Joins& joins) {
   const Partition& partition = partition_of(world);
-  for (const Contact& c : contacts)
-    if (is_mutual(world, c))
-      sets.join(owner_of(partition, c.slot_a).island, owner_of(partition, c.slot_b).island);
+  const IslandVector& list = islands_of(world);
+  for (const Contact& c : contacts) {
+    if (!is_mutual(world, c)) continue;
+    const std::uint32_t a = owner_of(partition, c.slot_a).island,
+                        b = owner_of(partition, c.slot_b).island;
+    if (joins(c, list[a], list[b])) sets.join(a, b);
+  }
+}
+
+/// Whether an island may speed up by itself in the step.
+bool has_power(const Island& a) {
+  return a.forced || std::any_of(a.joints.begin(), a.joints.end(), [](const PackedJoint& j) {
+           return j.stiff && (j.drive != UINT32_MAX || is_actuated(j));
+         });
+}
+
+/// m/s: a bound on the speed of the surface of an island's bodies in the step; `fall`: what weight
+/// adds where nothing bears them.
+Real fastest_of(const World& world, const Island& a, Real fall) {
+  Real most = 0;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const Body& b = world.bodies.values()[a.slots[c]];
+    most = std::max(most, glm::length(b.velocity) + a.size * glm::length(b.angular_velocity));
+  }
+  return a.contact_active ? most : most + fall;
+}
+
+/// m/s: at which the bodies of a contact approach each other there.
+Real approach_of(const World& world, const Contact& c) {
+  const auto velocity = [&](std::uint32_t slot, Vec3 point) {
+    const Body& b = world.bodies.values()[slot];
+    return b.velocity + glm::cross(b.angular_velocity, point - b.pose.position);
+  };
+  return glm::dot(velocity(c.slot_b, c.point_b) - velocity(c.slot_a, c.point_a), c.normal);
+}
+
+/// Bounds on the speeds of groups of awake islands in a step.
+class SpeedBounds {
+ public:
+  SpeedBounds(const World& world, GroupScratch& r, Real h) : world_(world), r_(r), h_(h) {
+    const Islands& all = world.memory.of<Islands>();
+    r.speeds.assign(all.list.size(), 0), r.flags.assign(all.list.size(), 0);
+    const Real fall = h * glm::length(world.gravity);
+    for (const std::uint32_t i : all.rest.awake) {
+      const std::uint32_t root = r.sets.root(i);
+      r.speeds[root] = std::max(r.speeds[root], fastest_of(world, all.list[i], fall));
+      r.flags[root] = r.flags[root] == 0 ? kOne : kSeveral;
+    }
+  }
+  /// Whether an awake island may meet a sleeping one at a contact. One body that touches no other
+  /// awake one moves as it does now; in a group another may strike it first.
+  bool may_meet(const Contact& c, std::uint32_t awake) const {
+    const Island& a = islands_of(world_)[awake];
+    const std::uint32_t root = r_.sets.root(awake);
+    const bool is_free = r_.flags[root] == kOne && a.count() == 1 && a.contact_active;
+    const Real speed = is_free ? std::max(Real(0), approach_of(world_, c)) : r_.speeds[root];
+    return c.lambda != Vec3(0) || c.gap < kNext * a.size + kCautious * h_ * speed || has_power(a) ||
+           !can_join(a);
+  }
+
+ private:
+  static constexpr std::uint8_t kOne = 1, kSeveral = 2;  // flags: islands of a group
+  const World& world_;
+  GroupScratch& r_;
+  Real h_;
+};
+
+/// Joins islands that touch, and sleeping ones to those that are awake and may meet them in the
+/// step: a ball may roll beside a heap that sleeps.
+void join_islands(const World& world, GroupScratch& r, Real h) {
+  const Partition& partition = partition_of(world);
+  const IslandVector& list = islands_of(world);
+  bool mixed = false;
+  join_touching(world, contacts_of(world), r.sets, [&](auto&, const Island& a, const Island& b) {
+    mixed = mixed || a.asleep != b.asleep;
+    return a.asleep == b.asleep;
+  });
+  if (!mixed) return;
+  const SpeedBounds bounds(world, r, h);
+  for (const Contact& c : contacts_of(world)) {
+    if (!is_mutual(world, c)) continue;
+    std::uint32_t awake = owner_of(partition, c.slot_a).island,
+                  asleep = owner_of(partition, c.slot_b).island;
+    if (list[awake].asleep) std::swap(awake, asleep);
+    if (list[awake].asleep || !list[asleep].asleep) continue;
+    if (bounds.may_meet(c, awake)) r.sets.join(awake, asleep);
+  }
 }
 
 /// Sets group and flags of the islands that are awake and of sleeping ones that are touched.
@@ -65,10 +149,11 @@ bool list_groups(const World& world, GroupScratch& r) {
 }
 
 /// Wakes all islands connected to an awake one by contacts, and releases their resting contacts.
+/// Others may then meet an awake one.
 void wake_groups(World& world, GroupScratch& r, Real h) {
   Islands& all = world.memory.of<Islands>();
   rest_lists(world);
-  join_touching(world, resting_contacts_of(world), r.sets);
+  join_touching(world, resting_contacts_of(world), r.sets, [](auto&...) { return true; });
   list_groups(world, r);
   for (const RestLists::Sleeper& s : all.rest.sleepers)
     if (r.flags[r.sets.root(s.island)] != 0) wake(world, all.list[s.island], h);
@@ -79,7 +164,16 @@ void wake_groups(World& world, GroupScratch& r, Real h) {
   std::vector<std::uint32_t>& awake = world.memory.of<Partition>().awake;
   std::sort(awake.begin(), awake.end());
   assign_contacts(world, h);
-  list_groups(world, r);
+  join_islands(world, r, h);
+}
+
+/// Whether one of the bodies of a contact sleeps, and the other one does not meet it in the step.
+bool is_idle(const World& world, const Contact& c) {
+  if (!is_mutual(world, c)) return false;
+  const Partition& partition = partition_of(world);
+  const IslandVector& list = islands_of(world);
+  return list[owner_of(partition, c.slot_a).island].asleep !=
+         list[owner_of(partition, c.slot_b).island].asleep;
 }
 
 }  // namespace
@@ -88,16 +182,19 @@ void plan_contact_groups(World& world, Real h) {
   Islands& all = world.memory.of<Islands>();
   GroupScratch& r = all.groups;
   r.sets.reset(all.list.size()), r.group_of.resize(all.list.size());
-  join_touching(world, contacts_of(world), r.sets);
-  const bool woke = all.rest.version != partition_of(world).rest_version;
-  if (list_groups(world, r) || woke) wake_groups(world, r, h);
+  join_islands(world, r, h);
+  bool woke = all.rest.version != partition_of(world).rest_version;
+  for (; list_groups(world, r) || woke; woke = false) wake_groups(world, r, h);
   std::vector<Contact>& contacts = contacts_of(world);
   for (const std::uint32_t i : all.rest.awake) {
     Island& a = all.list[i];
     const bool joins = (r.flags[r.group_of[i]] & kOtherMethod) == 0;
     for (const ContactRow& row : a.scratch.contact_rows)
       if (!joins) contacts[row.contact].rest = 0;
-    a.in_group = joins && !a.scratch.contact_rows.empty();
+    a.in_group = joins && std::any_of(a.scratch.contact_rows.begin(), a.scratch.contact_rows.end(),
+                                      [&](const ContactRow& row) {
+                                        return !is_idle(world, contacts[row.contact]);
+                                      });
   }
 }
 
@@ -189,67 +286,6 @@ void write_contact(World& world, const Group& g, const GroupContact& f, Real h) 
   c.depth = std::max(Real(0), -f.gap);
 }
 
-/// Whether Contact::rest has converged to the compression under load at all contacts.
-bool is_settled(std::span<const GroupContact> contacts) {
-  return std::all_of(contacts.begin(), contacts.end(),
-                     [](const GroupContact& c) { return c.settling <= kSettled * c.shallow; });
-}
-
-/// Whether an overlap is so deep that it is still being separated with speed.
-bool is_deep(std::span<const GroupContact> contacts) {
-  return std::any_of(contacts.begin(), contacts.end(),
-                     [](const GroupContact& c) { return c.gap < -c.shallow - c.rest; });
-}
-
-/// Whether a moving surface acts on this contact: it carries bodies along, or slips under them.
-bool bears_moving_surface(const GroupContact& c) {
-  return c.passed.x > 0 && (c.surface_first != 0 || c.surface_second != 0);
-}
-
-/// Puts a group to sleep once all of it has been still for long enough.
-void let_sleep(World& world, const Group& g, Real h) {
-  IslandVector& list = islands_of(world);
-  for (const GroupContact& c : g.contacts) {
-    if (!(c.passed.x > 0)) continue;
-    list[g.a(c).island].contact_active = true;
-    if (g.b(c).per_mass > 0) list[g.b(c).island].contact_active = true;
-  }
-  const bool settled = is_settled(g.contacts), deep = is_deep(g.contacts);
-  bool still = std::none_of(g.contacts.begin(), g.contacts.end(), bears_moving_surface);
-  bool rested = false;  // current island; among trees, arms may swing for long
-  bool all_dead = true;
-  const bool is_heap = g.trees.empty() && !g.has_at_most(kFewBodies);
-  const Real turning = is_heap ? kSpinsInHeap * kTurning : kTurning;
-  const Real patience = is_heap ? kPatienceInHeap : kPatience;
-  for (const GroupBody& f : g.bodies) {
-    if (f.per_mass == 0) {
-      still = still && f.velocity == Vec3(0) && f.spin == Vec3(0);
-      continue;
-    }
-    Island& a = list[f.island];
-    const Real slow = a.settings.sleep_speed;
-    const Real speed = glm::length(f.velocity), spin = glm::length(f.spin);
-    const bool drives = f.node != kNoNode && g.nodes[f.node].is_driven;
-    if (f.node == kNoNode || g.nodes[f.node].column == 0) {
-      a.quiet_time += h;  // unless one of its bodies moves
-      rested = !g.trees.empty() && has_rested(world, a, h) && !deep;
-    }
-    if (!a.contact_active || drives || !(speed < slow && spin < turning * slow)) a.quiet_time = 0;
-    const bool dead = speed < kDead * slow && spin < kTurning * kDead * slow;
-    all_dead = all_dead && dead;
-    still =
-        still && !drives && (rested || a.quiet_time > (dead && settled ? kTimeToSleep : patience));
-  }
-  for (const GroupTie& t : g.ties) {
-    const bool is_slack = t.kind != GroupTie::Kind::cable || t.passed.x == 0;
-    still = still && (is_slack || all_dead);
-  }
-  for (const GroupTree& t : g.trees) still = still && t.from == t.to && t.held_spin == Vec3(0);
-  if (!still) return;
-  for (const GroupBody& f : g.bodies)
-    if (f.per_mass > 0 && !list[f.island].asleep) fall_asleep(world, list[f.island]);
-}
-
 /// Relative cost of a substep: trees are traversed, contacts are solved.
 Real weight_of(const GroupScratch::Range& g) {
   return 3 * static_cast<Real>(g.bodies) + static_cast<Real>(g.contacts) +
@@ -282,6 +318,18 @@ Pace pace_of(const GroupScratch& r, std::size_t i, const StepTask& task, int at_
   return {now + time, r.cost * weight_of(r.groups[i])};
 }
 
+/// After a search that found a group not at rest the next one waits for longer and longer.
+void note_search(Island& first, Rest found) {
+  if (found == Rest::missed) {
+    first.misses = static_cast<std::uint8_t>(std::min(first.misses + 1, kMostMisses));
+    first.waits = static_cast<std::uint8_t>((1 << (first.misses - 1)) - 1);
+  } else if (first.waits > 0) {
+    --first.waits;
+  } else {
+    first.misses = 0;
+  }
+}
+
 /// Remembers what the weights cost, for the next step.
 void learn_cost(GroupScratch& r) {
   Real seconds = 0, weight = 0;
@@ -310,6 +358,9 @@ void step_contact_groups(World& world, const StepTask& task) {
                  std::span(r.looped).subspan(g.first_looped, g.looped),
                  std::span(r.path_steps).subspan(g.first_step, g.steps),
                  std::span(r.number_list).subspan(g.first_number, g.numbers),
+                 std::span(r.laned).subspan(g.first_laned, g.laned),
+                 std::span(r.batches).subspan(g.first_batch, g.batches),
+                 g.lane_numbers,
                  std::span(r.resting).subspan(g.first_resting, g.resting),
                  std::span(r.rest_contacts).subspan(g.first_contact, g.contacts),
                  std::span(r.rest_rows).subspan(g.first_resting, g.resting),
@@ -318,10 +369,11 @@ void step_contact_groups(World& world, const StepTask& task) {
                  {}};
   };
   weigh_groups(world, r, task.budget);
+  r.rests.resize(r.groups.size());
   const auto step_one = [&](std::size_t i, Group g) {
     Pace pace = pace_of(r, i, task, g.threads.are_many() ? 1 : task.threads.count);
     const Clock::time_point from = task.budget ? Clock::now() : Clock::time_point{};
-    step_group(g, h, pace);
+    r.rests[i] = step_group(g, h, pace);
     if (!task.budget) return;
     GroupCost& cost = r.costs[i];
     cost.seconds = std::chrono::duration<Real>(Clock::now() - from).count();
@@ -342,10 +394,15 @@ void step_contact_groups(World& world, const StepTask& task) {
                     [&](std::size_t i) { step_one(from + i, group(r.groups[from + i])); });
   }
   learn_cost(r);
-  for (const GroupScratch::Range& g : r.groups) write_group(world, group(g), h);
+  for (std::size_t i = 0; i < r.groups.size(); ++i) {
+    const Group g = group(r.groups[i]);
+    note_search(islands_of(world)[g.bodies.front().island], r.rests[i]);
+    write_group(world, g, h);
+  }
   for (const GroupScratch::Range& g : r.groups)
     for (const Group all = group(g); const GroupContact& c : all.contacts)
       write_contact(world, all, c, h);
+  if (!r.groups.empty()) r.sets.reset(islands_of(world).size());
   for (const GroupScratch::Range& g : r.groups) let_sleep(world, group(g), h);
 }
 

@@ -12,6 +12,7 @@
 #include "engine/contact/detect.hpp"
 #include "engine/contact/rolling_friction.hpp"
 #include "engine/nurbs/skin.hpp"
+#include "engine/solvers/articulated/impulses/group_pairs.hpp"
 #include "engine/solvers/articulated/impulses/rest_parts.hpp"
 #include "engine/solvers/articulated/lane_layout.hpp"
 
@@ -184,7 +185,8 @@ struct ContactPlace {
 struct GroupContact : ContactPlace {
   Real gap = 0;                                                  // m
   Real along = 0, aside = 0, cross_first = 0, cross_second = 0;  // response, 1/kg
-  bool works = true;  // active: near enough, and the bodies respond to it
+  bool works = true;      // active: near enough, and the bodies respond to it
+  bool in_lanes = false;  // as GroupPair::in_lanes
   Real friction = 0, restitution = 0;
   Real surface_first = 0, surface_second = 0;  // m/s, Contact::surface_velocity across the normal
   contact::RollingLengths lengths;
@@ -201,14 +203,6 @@ struct TouchingSkins {
   const Shape *a = nullptr, *b = nullptr;
   nurbs::Place on_a, on_b;
 };
-
-/// At most kMostPoints consecutive contacts of the same two bodies, iterated together.
-struct GroupPair {
-  std::uint32_t first = 0, count = 0;  // contacts
-  std::uint32_t working = 0;           // of these, active
-  std::size_t responses = 0;           // in GroupScratch::number_list, see prepare_pair()
-};
-inline constexpr std::uint32_t kMostPoints = 8;
 
 /// Rolling and spinning friction of all points of two bodies: a torque on a, the opposite on b.
 struct GroupRolling {
@@ -292,7 +286,10 @@ struct Group {
   std::span<GroupLoops> loops;
   std::span<LoopedBody> looped;
   std::span<PathStep> path_steps;
-  std::span<Real> numbers;  // of loops or of a group that rests, then of pairs
+  std::span<Real> numbers;  // of loops or of a group that rests, then of pairs, then of lanes
+  std::span<const LanedPair> laned;  // by colour
+  std::span<PairBatch> batches;      // the first that is empty ends them
+  std::size_t lane_numbers = 0;      // in `numbers`
   // Of a group that rests:
   std::span<RestBody> resting;
   std::span<RestContact> rest_contacts;
@@ -443,8 +440,14 @@ void slow_bodies(const Group& g, Real now, Real before);
 /// Whether bodies, of which the first `free` are dynamic, hardly move in a step of h seconds. Light
 /// bodies with joints may, unless they are `touched`.
 bool is_calm(std::span<const GroupBody> bodies, std::size_t free, Real h);
-/// What rest_group() found: the group rests; a body moves; there is no such solution.
-enum class Rest : std::uint8_t { taken, moves, fails };
+/// Whether bodies, of which the first `free` are dynamic, glide on one another: they do not turn,
+/// nor part from what bears them. Those that are borne are `touched`.
+bool bears(const GroupContact& c);
+bool may_glide(std::span<const GroupBody> bodies, std::span<const GroupContact> contacts,
+               std::size_t free);
+/// What rest_group() found: the group rests; a body moves; it is not of this kind; a search found
+/// no such solution.
+enum class Rest : std::uint8_t { taken, moves, fails, missed };
 /// Takes the step, or a part of it, if the group stays at rest, and leaves impulses of part.h
 /// seconds. Else it moves nothing. In a part of a step light arms that touch nothing may swing.
 Rest rest_group(const Group& g, const GroupPart& part);

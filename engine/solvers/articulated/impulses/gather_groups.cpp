@@ -195,7 +195,7 @@ GroupContact gather_contact(const World& world, std::uint32_t number, const Isla
   using Side = contact::BodyOfContact::Side;
   f.on_a = contact::touched_place(world, c, {Side::a, a.pose.rotation});
   f.on_b = contact::touched_place(world, c, {Side::b, b.pose.rotation});
-  f.friction = c.friction, f.restitution = c.restitution, f.rest = c.rest;
+  f.gap = c.gap, f.friction = c.friction, f.restitution = c.restitution, f.rest = c.rest;
   f.lengths = contact::rolling_lengths(c);
   f.shallow = kShallow * island.size;
   f.surface_first = glm::dot(c.surface_velocity, f.axes[1]);
@@ -260,6 +260,7 @@ GroupScratch::Range next_range(const GroupScratch& r) {
   range.first_looped = r.looped.size(), range.first_step = r.path_steps.size();
   range.first_number = r.numbers, range.first_resting = r.resting.size();
   range.first_pair = r.pairs.size(), range.first_link = r.rest_links.size();
+  range.first_laned = r.laned.size(), range.first_batch = r.batches.size();
   return range;
 }
 
@@ -278,6 +279,8 @@ void end_range(GroupScratch& r, GroupScratch::Range range) {
   range.resting = r.resting.size() - range.first_resting;
   range.pairs = r.pairs.size() - range.first_pair;
   range.links = r.rest_links.size() - range.first_link;
+  range.laned = r.laned.size() - range.first_laned;
+  range.batches = r.batches.size() - range.first_batch;
   PANTIN_ASSERT(range.bodies > 1 && range.contacts > 0);
   r.groups.push_back(range);
 }
@@ -307,13 +310,16 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
   r.skins.clear();
   r.loops.clear(), r.looped.clear(), r.path_steps.clear(), r.numbers = 0;
   r.resting.clear(), r.rest_rows.clear(), r.rest_links.clear(), r.pairs.clear();
+  r.laned.clear(), r.batches.clear();
   const auto group_at = [&](std::uint32_t contact) {
     return r.group_of[owner_of(partition, contacts[contact].slot_a).island];
   };
   for (std::uint32_t i = 0; i < contacts.size(); ++i) {
     if (!is_own(world, contacts[i].slot_a)) continue;
     const Island& a = list[owner_of(partition, contacts[i].slot_a).island];
-    if (a.in_group && !a.asleep) r.keys.push_back(std::uint64_t(group_at(i)) << 32 | i);
+    const bool waits = is_own(world, contacts[i].slot_b) &&
+                       list[owner_of(partition, contacts[i].slot_b).island].asleep;
+    if (a.in_group && !a.asleep && !waits) r.keys.push_back(std::uint64_t(group_at(i)) << 32 | i);
   }
   std::sort(r.keys.begin(), r.keys.end());
   for (const std::uint64_t key : r.keys) r.order.push_back(static_cast<std::uint32_t>(key));
@@ -321,7 +327,7 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
   for (std::size_t from = 0; from < r.order.size();) {
     std::size_t to = from;
     while (to < r.order.size() && group_at(r.order[to]) == group_at(r.order[from])) ++to;
-    const GroupScratch::Range range = next_range(r);
+    GroupScratch::Range range = next_range(r);
     for (std::size_t i = from; i < to; ++i) {
       const Contact& c = contacts[r.order[i]];
       r.index[c.slot_a] = r.index[c.slot_b] = kNone;
@@ -363,8 +369,9 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
       if (first) gather_ties(world, r, range, {body.island, h});
     }
     add_looped(r, range);
-    gather_resting(r, range, h);
+    if (list[r.bodies[range.first_body].island].waits == 0) gather_resting(r, range, h);
     gather_pairs(r, range);
+    gather_laned(r, range);
     end_range(r, range);
     from = to;
   }

@@ -12,6 +12,8 @@ namespace {
 constexpr std::size_t kLeastPoints = 2;
 /// Block products of the factor, per contact: above this, sweeps are cheaper.
 constexpr std::size_t kMostProducts = 50;
+/// The same per body of a group that glides, which is solved in every substep: towers have fewer.
+constexpr std::size_t kMostGlidingProducts = 8;
 
 /// The graph of contacts, joints and cables of the last group's free bodies and trees.
 void link_bodies(GroupScratch& r, const GroupScratch::Range& range, std::size_t count) {
@@ -52,12 +54,14 @@ bool has_faces(std::span<const GroupContact> contacts) {
 
 void gather_resting(GroupScratch& r, const GroupScratch::Range& range, Real h) {
   const auto bodies = std::span(r.bodies).subspan(range.first_body);
+  const bool is_free = r.nodes.size() == range.first_node;
   for (const GroupContact& c : std::span(r.contacts).subspan(range.first_contact))
-    if (c.impulse.x > 0) bodies[c.a].touched = bodies[c.b].touched = true;
+    if (c.impulse.x > 0 || (is_free && bears(c))) bodies[c.a].touched = bodies[c.b].touched = true;
   const std::size_t count = free_bodies(bodies);
-  if (count < 2 || !is_calm(bodies, count, h) ||
-      !has_faces(std::span(r.contacts).subspan(range.first_contact)))
-    return;
+  const auto contacts = std::span(r.contacts).subspan(range.first_contact);
+  if (count < 2 || !has_faces(contacts)) return;
+  const bool calm = is_calm(bodies, count, h);
+  if (!calm && !(is_free && count > kFewBodies && may_glide(bodies, contacts, count))) return;
   for (const GroupTree& t : std::span(r.trees).subspan(range.first_tree))
     if (t.from != t.to || t.held_spin != Vec3(0)) return;
   link_bodies(r, range, count);
@@ -78,7 +82,7 @@ void gather_resting(GroupScratch& r, const GroupScratch::Range& range, Real h) {
   }
   const std::size_t points = r.contacts.size() - range.first_contact + r.nodes.size() -
                              range.first_node + r.ties.size() - range.first_tie;
-  if (products > kMostProducts * points) {
+  if (products > (calm ? kMostProducts * points : kMostGlidingProducts * count)) {
     r.rest_rows.resize(range.first_resting);
     return;
   }

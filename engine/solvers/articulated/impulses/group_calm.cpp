@@ -8,6 +8,8 @@ namespace {
 constexpr Real kCalmWay = 0.02;
 /// m/s: the same for few bodies, whose other method is exact: they must be nearly still.
 constexpr Real kStill = 1e-3;
+/// Fraction of a shallow overlap: points with a smaller gap bear bodies that glide.
+constexpr Real kBears = 0.1;
 /// Largest fraction of a group's mass that may swing from it.
 constexpr Real kArms = 0.1;
 
@@ -43,9 +45,52 @@ struct Calmness {
   bool holds() const { return !is_lost && moving <= kArms * whole; }
 };
 
+/// Whether bodies glide on one another: none turns, and none parts from what bears it or comes
+/// nearer; those that nothing bears are calm. `motion_of` gives the motion of a free body.
+template <class MotionOf>
+bool all_glide(std::span<const GroupBody> bodies, std::span<const GroupContact> contacts,
+               std::size_t free, const MotionOf& motion_of) {
+  const auto speed_of = [&](std::uint32_t i) {
+    return i < free ? motion_of(i).force : bodies[i].velocity;
+  };
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (i >= free) {
+      if (bodies[i].spin != Vec3(0)) return false;
+      continue;
+    }
+    const Wrench motion = motion_of(static_cast<std::uint32_t>(i));
+    if (bodies[i].node != kNoNode ||
+        !(size_of(bodies[i]) * glm::length(motion.torque) < kRestSpeed))
+      return false;
+  }
+  return std::none_of(contacts.begin(), contacts.end(), [&](const GroupContact& c) {
+    return bears(c) && !(std::abs(glm::dot(c.axes[0], speed_of(c.a) - speed_of(c.b))) < kRestSpeed);
+  });
+}
+
 }  // namespace
 
+bool bears(const GroupContact& c) { return c.impulse.x > 0 || c.gap < kBears * c.shallow; }
+
+bool are_gliding(const Group& g) {
+  return all_glide(g.bodies, g.contacts, g.resting.size(),
+                   [&](std::uint32_t i) { return g.resting[i].motion; });
+}
+
+bool may_glide(std::span<const GroupBody> bodies, std::span<const GroupContact> contacts,
+               std::size_t free) {
+  const auto is_borne = [](const GroupBody& b) {
+    return b.touched || glm::length(b.velocity) < kRestSpeed;
+  };
+  return std::all_of(bodies.begin(), bodies.begin() + static_cast<std::ptrdiff_t>(free),
+                     is_borne) &&
+         all_glide(bodies, contacts, free, [&](std::uint32_t i) {
+           return Wrench{bodies[i].velocity, bodies[i].spin};
+         });
+}
+
 bool are_calm(const Group& g, const GroupPart& part) {
+  if (part.h < kGlidingSubstep && g.trees.empty()) return are_gliding(g);
   Calmness calm(g.bodies, g.resting.size(), part.h);
   for (std::size_t i = 0; i < g.resting.size(); ++i) {
     const RestBody& r = g.resting[i];

@@ -1,7 +1,7 @@
 // Impacts with restitution, at their times within the substep.
 #include <algorithm>
 
-#include "engine/solvers/articulated/impulses/group_points.hpp"
+#include "engine/solvers/articulated/impulses/group_lanes.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
@@ -152,7 +152,9 @@ bool collide_elastically(const Group& g, const Substep& s) {
   if (!moved) return false;
   centre_bodies(g);
   for (GroupContact& c : g.contacts) place(g, c);
-  for (GroupPair& p : g.pairs) prepare_pair(g, p);
+  for (GroupPair& p : g.pairs)
+    if (s.hard || !p.in_lanes) prepare_pair(g, p);
+  if (!s.hard) prepare_lanes(g);
   return true;
 }
 

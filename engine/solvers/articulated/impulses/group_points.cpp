@@ -4,16 +4,13 @@
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
-#include "engine/solvers/articulated/kernels.hpp"
+#include "engine/solvers/articulated/impulses/group_lanes.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
 
 /// m/s: the fastest separation of overlaps.
 constexpr Real kPushSpeed = 1;
-constexpr int kPointIterations = 8;
-/// Iterations over a pair end when changes fall below this fraction of the first one.
-constexpr Real kPairTolerance = 0.02;
 /// Iterations of one impact at a point, and at several, and the relative change that ends them:
 /// friction rotates bodies that are not round, which changes the separating speed of the point.
 constexpr int kStrikeIterations = 32, kBlowIterations = 400;
@@ -24,24 +21,9 @@ constexpr Real kLeastResponse = 1e-4;
 /// A group is jammed if a sweep still changes speeds by this fraction of the walls' closing speed.
 constexpr Real kJammed = 0.125;
 
-/// The least normal speed that a contact requires, with and without an impulse.
-struct Goal {
-  Real speed = 0, parted = 0;
-  Softness spring;
-};
-
 /// m/s: separating speed of a hard contact.
 Real push_speed(const GroupContact& c, const Substep& s) {
   return c.gap < (s.alone ? -c.shallow : 0) ? std::min(-0.2 * c.gap / s.h, kPushSpeed) : 0;
-}
-
-Goal goal_of(const GroupContact& c, const Softness& spring, const Substep& s, Sweep sweep) {
-  const Real meets = -c.gap / s.reach;
-  if (sweep == Sweep::relaxes) return {0, s.hard || c.gap <= c.rest ? 0 : meets, {}};
-  if (c.gap > c.rest) return {meets, meets, {}};
-  const Real speed =
-      s.hard ? push_speed(c, s) : std::min(spring.rate * (c.rest - c.gap), kPushSpeed);
-  return {speed, speed, s.hard ? Softness{} : spring};
 }
 
 constexpr std::size_t kMostRows = 3 * kMostPoints + 3, kMostStride = padded(kMostRows);
@@ -163,7 +145,6 @@ Real solve_pair(const Group& g, const GroupPair& p, const Substep& s, Sweep swee
     for (std::size_t k = 0; k < 3; ++k)
       speeds[3 * r.points + k] = glm::dot(r.rolling->axes[k], pair.a.spin - pair.b.spin);
   }
-  // Trees: a residual of one pair would go on oscillating through the joints.
   const bool converges = r.rolling || s.hard || g.trees.empty();
   const int iterations = r.points > 1 || r.rolling ? kPointIterations : 1;
   Real most = 0, first = 0;
@@ -197,6 +178,15 @@ Real asked_speed(const Group& g, const GroupContact& c, const Substep& s) {
 }
 
 }  // namespace
+
+Goal goal_of(const GroupContact& c, const Softness& spring, const Substep& s, Sweep sweep) {
+  const Real meets = -c.gap / s.reach;
+  if (sweep == Sweep::relaxes) return {0, s.hard || c.gap <= c.rest ? 0 : meets, {}};
+  if (c.gap > c.rest) return {meets, meets, {}};
+  const Real speed =
+      s.hard ? push_speed(c, s) : std::min(spring.rate * (c.rest - c.gap), kPushSpeed);
+  return {speed, speed, s.hard ? Softness{} : spring};
+}
 
 bool is_jammed(const Group& g, const Substep& s, Real change) {
   const auto bears = [&](const GroupContact& c) { return c.impulse.x > 0 && g.is_fixed(c); };
@@ -294,11 +284,14 @@ void Blow::solve(const Pair& pair) {
 }
 
 Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, Order order) {
-  Real most = 0;
+  const bool lanes = !s.hard && !g.laned.empty();
+  Real most = lanes && order == Order::forwards ? sweep_lanes(g, s, sweep, order) : 0;
   const std::size_t n = g.pairs.size();
-  for (std::size_t i = 0; i < n; ++i)
-    most =
-        std::max(most, solve_pair(g, g.pairs[order == Order::forwards ? i : n - 1 - i], s, sweep));
+  for (std::size_t i = 0; i < n; ++i) {
+    const GroupPair& p = g.pairs[order == Order::forwards ? i : n - 1 - i];
+    if (!lanes || !p.in_lanes) most = std::max(most, solve_pair(g, p, s, sweep));
+  }
+  if (lanes && order == Order::backwards) most = std::max(most, sweep_lanes(g, s, sweep, order));
   return most;
 }
 

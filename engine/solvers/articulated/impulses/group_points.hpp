@@ -82,6 +82,17 @@ inline constexpr std::size_t most_responses(std::size_t rows) { return rows * pa
 void prepare_pair(const Group& g, GroupPair& p);
 /// Applies the accumulated impulse of a contact to its bodies.
 void push(const Group& g, const GroupContact& c);
+/// Iterations over the points of a pair; they end when changes fall below this fraction of the
+/// first one. Among trees they go on: a residual of one pair would go on oscillating through the
+/// joints.
+inline constexpr int kPointIterations = 8;
+inline constexpr Real kPairTolerance = 0.02;
+/// The least normal speed that a contact requires, with and without an impulse.
+struct Goal {
+  Real speed = 0, parted = 0;
+  Softness spring;
+};
+Goal goal_of(const GroupContact& c, const Softness& spring, const Substep& s, Sweep sweep);
 /// A point of two bodies in an impact.
 struct BlowPoint {
   GroupContact* contact = nullptr;

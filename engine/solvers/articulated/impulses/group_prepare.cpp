@@ -1,7 +1,7 @@
 // A group at the poses of the start of a substep: trees, loops, ties, active contacts.
 #include <algorithm>
 
-#include "engine/solvers/articulated/impulses/group_points.hpp"
+#include "engine/solvers/articulated/impulses/group_lanes.hpp"
 #include "engine/solvers/articulated/impulses/group_threads.hpp"
 #include "engine/solvers/articulated/impulses/group_ties.hpp"
 
@@ -39,18 +39,37 @@ void prepare_ends(const Group& g, const GroupContact& c, std::uint32_t& known) {
 void prepare_pairs(const Group& g, std::span<GroupPair> pairs, const Substep& s, Real sudden) {
   std::uint32_t known = kNoNode;
   for (GroupPair& p : pairs) {
-    bool any = false;
+    p.working = 0;
     for (GroupContact& c : g.contacts.subspan(p.first, p.count)) {
       follow(g, c);
       place(g, c);
       if (s.hard) lead(g, c, s.h);
       c.works = is_near(g, c, s.reach, sudden);
       if (!c.works) c.impulse = Vec3(0);
-      any = any || c.works;
+      p.working += c.works;
     }
+    if (p.in_lanes && !s.hard) continue;
+    const bool any = p.working > 0;
     if (any) prepare_ends(g, g.contacts[p.first], known);
     prepare_pair(g, p);
   }
+}
+
+/// Prepares the contacts of all pairs.
+void prepare_contacts(const Group& g, const Substep& s, Real sudden) {
+  if (!g.loops.empty()) return prepare_pairs(g, g.pairs, s, sudden);  // they share responses
+  // Pairs of the same two bodies share a response as well, and stay together.
+  const auto begin_of = [&](std::size_t i) {
+    const auto follows = [&](std::size_t p) {
+      return have_same_bodies(g.contacts[g.pairs[p].first], g.contacts[g.pairs[p - 1].first]);
+    };
+    while (i > 0 && i < g.pairs.size() && follows(i)) ++i;
+    return i;
+  };
+  in_parts(g.threads, g.pairs.size(), kLeastInPart, [&](const ListPart& of) {
+    const std::size_t begin = begin_of(of.begin), end = begin_of(of.end);
+    prepare_pairs(g, g.pairs.subspan(begin, end - begin), s, sudden);
+  });
 }
 
 }  // namespace
@@ -96,19 +115,8 @@ void prepare_group(const Group& g, const Substep& s) {
   sudden += speed_by_actuators(g, part.h);
   for (GroupTie& t : g.ties)
     if (t.kind != GroupTie::Kind::rigid) prepare_tie(g, t, part.h);
-  if (!g.loops.empty()) return prepare_pairs(g, g.pairs, s, sudden);  // they share responses
-  // Pairs of the same two bodies share a response as well, and stay together.
-  const auto begin_of = [&](std::size_t i) {
-    const auto follows = [&](std::size_t p) {
-      return have_same_bodies(g.contacts[g.pairs[p].first], g.contacts[g.pairs[p - 1].first]);
-    };
-    while (i > 0 && i < g.pairs.size() && follows(i)) ++i;
-    return i;
-  };
-  in_parts(g.threads, g.pairs.size(), kLeastInPart, [&](const ListPart& of) {
-    const std::size_t begin = begin_of(of.begin), end = begin_of(of.end);
-    prepare_pairs(g, g.pairs.subspan(begin, end - begin), s, sudden);
-  });
+  prepare_contacts(g, s, sudden);
+  if (!s.hard) prepare_lanes(g);
 }
 
 void prepare_touching(const Group& g) {

@@ -8,21 +8,28 @@
 // of M + J^T G J, whose blocks are pairs of bodies that touch or are joined: a tower's is banded.
 // Groups at rest take at most one iteration, whatever their weight. [Castro, Permenter & Han 2022]
 //
-// The convex problem lets friction lift sliding bodies. So where a body slides, moves, or the
-// search does not converge, nothing is done here, and sweeps follow (step_group.cpp).
+// The convex problem would lift sliding bodies: points separate at the sliding speed times the
+// friction. The goals are corrected by that, until it agrees with the sliding found; then Coulomb's
+// law holds. [Acary & Cadoux 2013] Where a body moves fast, or the search does not converge,
+// nothing is done here, and sweeps follow (step_group.cpp).
 #include <algorithm>
 #include <limits>
 #include <utility>
 
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/articulated/impulses/group_resting.hpp"
+#include "engine/solvers/articulated/impulses/rest_cones.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
 
-/// Sizes of a body per second: faster sliding is not rest.
-constexpr Real kSlides = 0.05;
+/// Sizes of a body: contacts that slide farther in a step than this are left to substeps.
+constexpr Real kSlides = 2e-3;
+/// Corrections of lifts, at most, in short steps and in others; their tolerance, and that of the
+/// last one, as fractions of the speed that weight gives in a step, or of the sliding.
+constexpr int kLiftings = 12, kFewLiftings = 3;
+constexpr Real kLifted = 1e-5, kNearlyLifted = 1e-3, kLiftedOfSliding = 1e-3;
 /// Largest closing speed under load, as a fraction of the speed that weight gives in a step; points
 /// that exceed it are made stiffer, so many times at most.
 constexpr Real kSinks = 1e-5;
@@ -34,11 +41,9 @@ constexpr Real kDeep = 2;
 constexpr Real kCloses = 1e-2, kSunk = 1e-6, kSunkJoined = 0.05;
 /// Margin of the predicted active set, as a fraction of the speed that weight gives in a step.
 constexpr Real kMayPress = 0.1;
-/// An impulse slides if it is longer across than this fraction of its bound.
-constexpr Real kOnCone = 1 - 1e-9;
 constexpr int kFirstIterations = 2, kSwingIterations = 12, kSearchSteps = 40;
 /// Continuation: multiples of the compliance, and iterations with each.
-constexpr std::pair<Real, int> kSofter[] = {{1e4, 20}, {1e3, 20}, {1e2, 20}, {1e1, 20}, {1, 20}};
+constexpr std::pair<Real, int> kSofter[] = {{1e4, 20}, {1e3, 20}, {1e2, 20}, {1e1, 20}, {1, 40}};
 /// Tolerance of the residual, as a fraction of the fastest speed without contacts, which counts as
 /// kLeastSpeed (m/s) at least; kNearly times that where rounding stops progress; kRoughly with soft
 /// points. With soft points, a larger residual than kHopeless means that the search would not
@@ -63,41 +68,6 @@ Vec3 speed_of(const Group& g, const GroupContact& c, Wrench RestBody::*motion) {
 }
 
 using At = ConeImpulse::At;
-
-/// The impulse of a contact: (goal - speed) / R, projected to the cone.
-ConeImpulse cone_of(const RestContact& r, Real friction, Vec3 speed) {
-  const Vec3 y = (r.goal - speed) / r.compliance;
-  const Real aside = std::sqrt(y.y * y.y + y.z * y.z);
-  if (aside <= friction * y.x) return {y, At::inside};
-  if (friction * aside <= -y.x) return {};
-  const Real normal = (y.x + friction * aside) / (1 + friction * friction);
-  const Vec3 across = Vec3(0, y.y, y.z) / aside;
-  return {normal * (Vec3(1, 0, 0) + friction * across), At::surface, normal, aside, across};
-}
-
-/// The same if the contact holds, slides or does not act as with the impulse of the last step.
-ConeImpulse cone_as_before(const RestContact& r, const GroupContact& c) {
-  const Vec3 last = c.impulse, y = (r.goal - r.speed) / r.compliance;
-  if (!(last.x > 0)) return {};
-  const Real aside = std::sqrt(last.y * last.y + last.z * last.z);
-  if (aside < kOnCone * c.friction * last.x) return {y, At::inside};
-  const Vec3 across = aside > 0 ? Vec3(0, last.y, last.z) / aside : Vec3(0);
-  const Vec3 along = Vec3(1, 0, 0) + c.friction * across;
-  return {glm::dot(along, y) / glm::dot(along, along) * along, At::surface, 0, 1, across};
-}
-
-/// Minus the derivative of that impulse by the speed.
-Mat3 stiffness_of(const RestContact& r, Real friction) {
-  const ConeImpulse& cone = r.cone;
-  if (cone.at == At::inside) return Mat3(1 / r.compliance);
-  if (cone.at == At::apex) return Mat3(0);
-  const Real whole = 1 + friction * friction;
-  const Vec3 along = Vec3(1, 0, 0) + friction * cone.across;
-  const Mat3 turning =
-      Mat3(0, 0, 0, 0, 1, 0, 0, 0, 1) - glm::outerProduct(cone.across, cone.across);
-  return glm::outerProduct(along, along / whole) / r.compliance +
-         friction * cone.normal / (cone.aside * r.compliance) * turning;
-}
 
 /// Inertia about the mass centre, world axes.
 Mat3 inertia_of(const GroupBody& b) {
@@ -125,9 +95,8 @@ void begin_bodies(const Group& g, Real h) {
   }
 }
 
-/// m/s, without contacts and joints, if one of the bodies has joints: an arm may swing.
+/// m/s, without contacts and joints: an arm may swing, and bodies glide towards others.
 Real closing_speed(const Group& g, const GroupContact& c) {
-  if (g.nodes.empty()) return 0;
   return std::max(-speed_of(g, c, &RestBody::free).x, -speed_of(g, c, &RestBody::motion).x);
 }
 
@@ -140,7 +109,19 @@ bool is_joined(const Group& g, const GroupContact& c) {
   return has_joints(g.a(c)) || has_joints(g.b(c));
 }
 
-/// Contacts that may act in the step. False if an overlap is so deep that sweeps must separate it.
+/// m/s: at which the convex problem separates a contact that does not hold, at this speed.
+Real lift_of(const GroupContact& c, const RestContact& r, Vec3 speed) {
+  return c.friction * std::hypot(speed.y - r.goal.y, speed.z - r.goal.z);
+}
+
+/// Whether a contact bore and did not slide in the last step.
+bool holds(const GroupContact& c) {
+  const Real most = kOnCone * c.friction * c.impulse.x;
+  return c.impulse.y * c.impulse.y + c.impulse.z * c.impulse.z < most * most;
+}
+
+/// Contacts that may act in the step. False if an overlap is so deep that sweeps must separate it,
+/// or bodies will bounce.
 bool begin_contacts(const Group& g, const GroupPart& part) {
   const Real h = part.h;
   const Real weight = weight_of(g);
@@ -148,8 +129,10 @@ bool begin_contacts(const Group& g, const GroupPart& part) {
     GroupContact& c = g.contacts[i];
     RestContact& r = g.rest_contacts[i];
     place(g, c);
-    r.near = c.gap < 2 * h * std::max(kRestSpeed, closing_speed(g, c));
+    const Real closes = closing_speed(g, c);
+    r.near = c.gap < 2 * h * std::max(kRestSpeed, closes);
     if (!r.near) continue;
+    if (c.restitution > 0 && closes > kLeastBlow) return false;
     g.resting[c.a].touches = true;
     if (c.b < g.resting.size()) g.resting[c.b].touches = true;
     if (c.gap < -kDeep * c.shallow) return false;
@@ -165,6 +148,8 @@ bool begin_contacts(const Group& g, const GroupPart& part) {
     r.goal.x = c.gap > 0 ? -c.gap / h : std::min(kRestClosed * deep / h, kCloses * size);
     r.may_press = speed_of(g, c, &RestBody::free).x < r.goal.x + kMayPress * h * weight;
     r.goal.y = -c.surface_first, r.goal.z = -c.surface_second;
+    r.lift = holds(c) ? 0 : lift_of(c, r, speed_of(g, c, &RestBody::motion));
+    r.goal.x -= r.lift;
   }
   begin_links(g, part, kRestSpeed);
   predict_links(g, kMayPress * h * weight);
@@ -185,7 +170,10 @@ Real measure(const Group& g, Acting acting = Acting::now) {
     RestContact& r = g.rest_contacts[i];
     if (!r.near) continue;
     r.speed = speed_of(g, c, &RestBody::motion);
-    r.cone = acting == Acting::now ? cone_of(r, c.friction, r.speed) : cone_as_before(r, c);
+    r.cone =
+        acting == Acting::now
+            ? cone_of(r, c.friction, r.speed)
+            : cone_as_with(r, c.friction, acting == Acting::as_before ? c.impulse : r.cone.impulse);
     const Vec3 p = to_world(c, r.cone.impulse);
     g.resting[c.a].residual += {-p, -glm::cross(c.arm_a, p)};
     if (c.b < g.resting.size()) g.resting[c.b].residual += {p, glm::cross(c.arm_b, p)};
@@ -366,6 +354,33 @@ bool iterate(const Group& g, Real enough, int most) {
   }
 }
 
+/// Calls `visit(contact, lift)` for the contacts of the problem, with the lifts of the sliding
+/// found.
+template <class Visit>
+void each_lift(const Group& g, const Visit& visit) {
+  for (std::size_t i = 0; i < g.contacts.size(); ++i)
+    if (RestContact& r = g.rest_contacts[i]; r.near)
+      visit(r, r.cone.at == At::inside ? 0 : lift_of(g.contacts[i], r, r.speed));
+}
+
+/// m/s: by how much goals are off the lifts of the sliding found, where contacts act.
+Real error_of_lifts(const Group& g) {
+  Real most = 0;
+  each_lift(g, [&](const RestContact& r, Real lift) {
+    if (r.cone.at != At::apex)
+      most = std::max(most, std::abs(lift - r.lift) - kLiftedOfSliding * lift);
+  });
+  return most;
+}
+
+/// Moves on to the velocities with these goals at which every contact acts as found.
+bool follow_lifts(const Group& g) {
+  measure(g, Acting::as_found);
+  if (!find_direction(g)) return false;
+  advance(g, 1);
+  return true;
+}
+
 /// Continuation from far larger compliances, where the distribution of loads is found first.
 bool iterate_softer(const Group& g, Real fastest) {
   start(g);
@@ -384,6 +399,20 @@ bool iterate_softer(const Group& g, Real fastest) {
   return false;
 }
 
+/// Solves again with corrected goals until they agree with the sliding found.
+bool settle_lifts(const Group& g, Real fastest, Real h) {
+  const bool glides = h < kGlidingSubstep;  // sweeps would be worse
+  const Real gained = h * weight_of(g);
+  for (int n = 0;; ++n) {
+    const Real error = error_of_lifts(g);
+    if (error <= kLifted * gained) return true;
+    if (n == (glides ? kLiftings : kFewLiftings)) return error <= kNearlyLifted * gained;
+    each_lift(g, [](RestContact& r, Real lift) { r.goal.x -= lift - r.lift, r.lift = lift; });
+    const bool found = follow_lifts(g) && iterate(g, kBalanced * fastest, kSofter[0].second);
+    if (!found && !(glides && iterate_softer(g, fastest))) return false;
+  }
+}
+
 /// Reduces the compliance under heavy loads on light bodies. Whether there are any.
 bool harden(const Group& g, Real h) {
   const Real most = kSinks * h * weight_of(g);
@@ -396,13 +425,14 @@ bool harden(const Group& g, Real h) {
   return harden_links(g, most) || any;
 }
 
-/// Whether no contact slides at the velocities found.
-bool is_at_rest(const Group& g) {
+/// Whether no contact slides far at the velocities found, unless the step is short.
+bool is_at_rest(const Group& g, Real h) {
+  if (h < kGlidingSubstep) return true;
   for (std::size_t i = 0; i < g.contacts.size(); ++i) {
     const RestContact& r = g.rest_contacts[i];
     if (!r.near || r.cone.at != At::surface) continue;
     const Vec3 over = r.speed - r.goal;
-    const Real most = kSlides * size_of(g.a(g.contacts[i]));
+    const Real most = kSlides / h * size_of(g.a(g.contacts[i]));
     if (over.y * over.y + over.z * over.z > most * most) return false;
   }
   return true;
@@ -425,11 +455,12 @@ Rest rest_group(const Group& g, const GroupPart& part) {
   const int first = h < part.whole ? kSwingIterations : kFirstIterations;
   if (!(resume(g) && iterate(g, enough, first))) {
     start(g);
-    if (!iterate(g, enough, kFirstIterations) && !iterate_softer(g, fastest)) return Rest::fails;
+    if (!iterate(g, enough, kFirstIterations) && !iterate_softer(g, fastest)) return Rest::missed;
   }
   for (int n = 0; harden(g, h); ++n)
-    if (n == kHardenings || !iterate(g, enough, kSofter[0].second)) return Rest::fails;
-  if (!is_at_rest(g)) return Rest::fails;
+    if (n == kHardenings || !iterate(g, enough, kSofter[0].second)) return Rest::missed;
+  if (!settle_lifts(g, fastest, h)) return Rest::missed;
+  if (!is_at_rest(g, h)) return Rest::moves;
   if (!are_calm(g, part)) return Rest::moves;
   set_rest_impulses(g);
   for (GroupContact& c : g.contacts) c.passed += c.impulse;

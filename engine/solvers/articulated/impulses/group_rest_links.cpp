@@ -264,10 +264,11 @@ void predict_links(const Group& g, Real margin) {
 void add_link_impulses(const Group& g, Acting acting) {
   for (RestLink& l : g.rest_links) {
     if (l.of == Of::nothing) break;
+    const Real known = acting == Acting::as_before ? l.last : l.impulse;
     l.speed = speed_of(g, l, &RestBody::motion);
     l.impulse = impulse_of(l, l.speed);
-    if (acting == Acting::as_before && l.is_one_sided())
-      l.impulse = l.last > 0 ? (l.goal - l.speed) / l.compliance : 0;
+    if (acting != Acting::now && l.is_one_sided())
+      l.impulse = known > 0 ? (l.goal - l.speed) / l.compliance : 0;
     if (l.a < g.resting.size()) g.resting[l.a].residual += times(l.on_a, -l.impulse);
     if (l.b != l.a && l.b < g.resting.size()) g.resting[l.b].residual += times(l.on_b, -l.impulse);
   }

@@ -9,11 +9,14 @@ namespace pantin::detail::articulated {
 inline constexpr Real kRestCompliance = 1e-7;
 /// m/s: slower bodies may be at rest.
 inline constexpr Real kRestSpeed = 0.02;
+/// s: in longer steps gliding bodies would lag behind.
+inline constexpr Real kGlidingSubstep = 1.0 / 400;
 /// Fraction of an overlap closed in a step.
 inline constexpr Real kRestClosed = 0.2;
 
-/// Which rows act: those of the current speeds, or those of the last step.
-enum class Acting : std::uint8_t { now, as_before };
+/// Which rows act: those of the current speeds, those of the last step, or those that acted when
+/// impulses were last computed.
+enum class Acting : std::uint8_t { now, as_before, as_found };
 
 /// A motion of a body; a fixed one keeps its own, and has no direction.
 inline Wrench motion_of(const Group& g, std::uint32_t body, Wrench RestBody::*motion) {
@@ -28,8 +31,8 @@ inline Real size_of(const GroupBody& b) {
   return std::sqrt(b.per_mass / std::min({per.x, per.y, per.z}));
 }
 
-/// Whether all bodies are calm in a step; in a part of it light ones that touch nothing may swing
-/// (group_calm.cpp).
+/// Whether all bodies are calm in a step; in a part of it light ones that touch nothing may swing,
+/// and bodies without joints glide on one another (group_calm.cpp).
 bool are_calm(const Group& g, const GroupPart& part);
 
 /// The most rows of a joint with its actuator, of its limits, and of soft zones and the drive.

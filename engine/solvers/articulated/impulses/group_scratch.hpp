@@ -19,10 +19,12 @@ struct GroupScratch {
     std::size_t first_step = 0, steps = 0, first_number = 0, numbers = 0;
     std::size_t first_pair = 0, pairs = 0;
     std::size_t first_resting = 0, resting = 0, first_link = 0, links = 0;
+    std::size_t first_laned = 0, laned = 0, first_batch = 0, batches = 0, lane_numbers = 0;
   };
   DisjointSets sets{0};                 // of islands
   std::vector<std::uint32_t> group_of;  // by island
   std::vector<std::uint8_t> flags;      // by group, which is its first island
+  std::vector<Real> speeds;             // m/s, the fastest of a group, likewise
   std::vector<std::uint64_t> keys;      // of contacts: group and number
   std::vector<std::uint32_t> order;     // of contacts
   std::vector<std::uint32_t> index;     // of a body in its group, by slot
@@ -30,6 +32,9 @@ struct GroupScratch {
   std::vector<GroupBody> bodies;
   std::vector<GroupContact> contacts;
   std::vector<GroupPair> pairs;
+  std::vector<LanedPair> laned;
+  std::vector<PairBatch> batches;
+  std::vector<std::uint64_t> colours;  // by body of a group: a bit for each
   std::vector<GroupNode> nodes;
   std::vector<GroupTree> trees;
   std::vector<CrossResponse> crosses;
@@ -45,6 +50,7 @@ struct GroupScratch {
   std::vector<RestLink> rest_links;
   std::vector<Real> number_list;
   std::size_t numbers = 0;                     // of these, in use
+  std::vector<Rest> rests;                     // by group
   std::vector<GroupCost> costs;                // by group, in a step with a budget
   std::vector<Real> weights;                   // see weigh_groups()
   Real cost = 0;                               // s, of a unit of weight in a substep

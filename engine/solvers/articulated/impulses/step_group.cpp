@@ -13,7 +13,7 @@
 #include <optional>
 
 #include "engine/base/rotation.hpp"
-#include "engine/solvers/articulated/impulses/group_points.hpp"
+#include "engine/solvers/articulated/impulses/group_lanes.hpp"
 #include "engine/solvers/articulated/impulses/group_ties.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/articulated/procedural/push_out.hpp"
@@ -107,8 +107,9 @@ void warm_start(const Group& g) {
     if (!g.trees.empty() && last > c.before && !(last <= kBlow * c.before && is_load(g, c)))
       c.impulse *= c.before / last;
     c.before = last;
-    push(g, c);
+    if (!c.in_lanes) push(g, c);
   }
+  push_lanes(g);
   for (GroupRolling& r : g.rollings) push(g, r);
 }
 
@@ -393,9 +394,16 @@ Rest rest_or_not(const Group& g, Real h, Real substep) {
   return rest;
 }
 
+/// Tries a part of the step likewise. Notes in `rest` if a search was in vain.
+bool rests_in(const Group& g, const GroupPart& part, Rest& rest) {
+  const Rest now = rest_group(g, part);
+  if (now == Rest::missed) rest = now;
+  return now == Rest::taken;
+}
+
 }  // namespace
 
-void step_group(const Group& g, Real h, Pace& pace) {
+Rest step_group(const Group& g, Real h, Pace& pace) {
   assert_gathered(g);
   const int substeps = substeps_of(g, h);
   join_rims(g, h);
@@ -419,13 +427,14 @@ void step_group(const Group& g, Real h, Pace& pace) {
   const bool is_bound = is_bounded(g);
   const Real energy = energy_of_bodies(g);
   for (GroupBody& b : g.bodies) b.from = b.pose.position;
-  const Rest rest = rest_or_not(g, h, s.h);
+  Rest rest = rest_or_not(g, h, s.h);
   const bool rests = rest == Rest::taken;
   for (GroupContact& c : g.contacts) {
     c.before = c.impulse.x;
     if (s.hard) c.rest = 0;  // the offset of a heap's springs does not apply without springs
   }
-  bool swings = rest == Rest::moves && !g.trees.empty();  // only arms that touch nothing move
+  // Only arms that touch nothing move, or bodies without joints glide.
+  bool swings = rest == Rest::moves;
   s.part = {s.h, 0, 0, h};
   bool in_haste = false;
   for (int n = 0, left = rests ? 0 : substeps; left > 0; ++n, --left) {
@@ -440,7 +449,7 @@ void step_group(const Group& g, Real h, Pace& pace) {
     s.part.begin = s.part.end;
     const Real after = in_haste ? s.part.begin + (1 - s.part.begin) / left : Real(n + 1) / substeps;
     s.part.end = left == 1 ? 1 : after;
-    swings = swings && !in_haste && rest_group(g, s.part) == Rest::taken;
+    swings = swings && !in_haste && rests_in(g, s.part, rest);
     if (!swings) take_parts(g, s, turned(Order::forwards, n));
     pace.note_substep();
   }
@@ -469,6 +478,7 @@ void step_group(const Group& g, Real h, Pace& pace) {
                 energy + work_of_external_forces(g) + work_of_surfaces(g, &GroupContact::passed));
   finish_group(g);
   change_length(g, 1 / s.h);
+  return rest;
 }
 
 }  // namespace pantin::detail::articulated

@@ -1,0 +1,109 @@
+// Sleep of groups: islands that rest on one another fall asleep together, beside others of their
+// group that go on moving.
+#include <algorithm>
+
+#include "engine/contact/detect.hpp"
+#include "engine/solvers/articulated/articulated.hpp"
+#include "engine/solvers/articulated/impulses/group_resting.hpp"
+#include "engine/solvers/articulated/internal.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+/// Error of Contact::rest at which bodies may fall asleep, as a fraction of the shallow overlap.
+constexpr Real kSettled = 5e-4;
+/// Sleep freezes forces: it waits until speeds fall below this fraction of the sleep speed, or for
+/// this time, s; in heaps of free bodies for the last.
+constexpr Real kDead = 1e-3, kPatience = 3, kPatienceInHeap = 1;
+/// In a heap, bodies spinning in place may sleep at a spin this many times larger.
+constexpr Real kSpinsInHeap = 10;
+/// Bodies that others may reach in a step at this many times the fastest speed stay awake with
+/// them; they would be woken at half of that (join_islands()).
+constexpr Real kCautious = 4;
+
+/// What keeps a part of a group awake: flags of its islands.
+constexpr std::uint8_t kMoves = 1, kUnsettled = 2, kDeep = 4, kAlive = 8;
+
+/// Whether an overlap is so deep that it is still being separated with speed.
+bool is_deep(const GroupContact& c) { return c.gap < -c.shallow - c.rest; }
+
+/// Whether a moving surface acts on this contact: it carries bodies along, or slips under them.
+bool bears_moving_surface(const GroupContact& c) {
+  return c.passed.x > 0 && (c.surface_first != 0 || c.surface_second != 0);
+}
+
+/// The parts of a group: islands that bear one another, or may soon.
+class Parts {
+ public:
+  Parts(Islands& all, const Group& g, Real h) : r_(all.groups) {
+    Real fastest = 0;
+    for (const GroupBody& b : g.bodies) {
+      if (b.per_mass == 0) continue;
+      r_.flags[b.island] = 0;
+      const Real fall = all.list[b.island].contact_active ? 0 : h * glm::length(b.acceleration);
+      fastest =
+          std::max(fastest, glm::length(b.velocity) + size_of(b) * glm::length(b.spin) + fall);
+    }
+    const Real near = kCautious * h * fastest;
+    for (const GroupContact& c : g.contacts)
+      if (!g.is_fixed(c) && (c.passed.x > 0 || c.gap < c.shallow + near))
+        r_.sets.join(g.a(c).island, g.b(c).island);
+    for (const GroupContact& c : g.contacts) add(g, c);
+  }
+  std::uint8_t& of(std::uint32_t island) { return r_.flags[r_.sets.root(island)]; }
+
+ private:
+  void add(const Group& g, const GroupContact& c) {
+    std::uint8_t& part = of(g.a(c).island);
+    const GroupBody& b = g.b(c);
+    const bool is_carried = g.is_fixed(c) && (b.velocity != Vec3(0) || b.spin != Vec3(0));
+    if (is_carried || bears_moving_surface(c)) part |= kMoves;
+    if (!(c.settling <= kSettled * c.shallow)) part |= kUnsettled;
+    if (is_deep(c)) part |= kDeep;
+  }
+  GroupScratch& r_;
+};
+
+}  // namespace
+
+void let_sleep(World& world, const Group& g, Real h) {
+  IslandVector& list = islands_of(world);
+  for (const GroupContact& c : g.contacts) {
+    if (!(c.passed.x > 0)) continue;
+    list[g.a(c).island].contact_active = true;
+    if (!g.is_fixed(c)) list[g.b(c).island].contact_active = true;
+  }
+  Parts parts(world.memory.of<Islands>(), g, h);
+  const bool is_heap = g.trees.empty() && !g.has_at_most(kFewBodies);
+  const Real turning = is_heap ? kSpinsInHeap * kTurning : kTurning;
+  const Real patience = is_heap ? kPatienceInHeap : kPatience;
+  bool rested = false;  // current island; among trees, arms may swing for long
+  for (const GroupBody& f : g.bodies) {
+    if (f.per_mass == 0) continue;
+    Island& a = list[f.island];
+    std::uint8_t& part = parts.of(f.island);
+    const Real slow = a.settings.sleep_speed;
+    const Real speed = glm::length(f.velocity), spin = glm::length(f.spin);
+    const bool drives = f.node != kNoNode && g.nodes[f.node].is_driven;
+    if (f.node == kNoNode || g.nodes[f.node].column == 0) {
+      a.quiet_time += h;  // unless one of its bodies moves
+      rested = !g.trees.empty() && has_rested(world, a, h) && (part & kDeep) == 0;
+    }
+    if (!a.contact_active || drives || !(speed < slow && spin < turning * slow)) a.quiet_time = 0;
+    const bool dead = speed < kDead * slow && spin < kTurning * kDead * slow;
+    if (!dead) part |= kAlive;
+    const bool settles = dead && (part & kUnsettled) == 0;
+    if (drives || !(rested || a.quiet_time > (settles ? kTimeToSleep : patience))) part |= kMoves;
+  }
+  for (const GroupTie& t : g.ties) {
+    const bool is_slack = t.kind != GroupTie::Kind::cable || t.passed.x == 0;
+    if (!is_slack && (parts.of(t.island) & kAlive) != 0) parts.of(t.island) |= kMoves;
+  }
+  for (const GroupTree& t : g.trees)
+    if (t.from != t.to || t.held_spin != Vec3(0)) parts.of(t.island) |= kMoves;
+  for (const GroupBody& f : g.bodies)
+    if (f.per_mass > 0 && !list[f.island].asleep && (parts.of(f.island) & kMoves) == 0)
+      fall_asleep(world, list[f.island]);
+}
+
+}  // namespace pantin::detail::articulated
