@@ -325,8 +325,8 @@ void note_search(Island& first, Rest found) {
     first.waits = static_cast<std::uint8_t>((1 << (first.misses - 1)) - 1);
   } else if (first.waits > 0) {
     --first.waits;
-  } else {
-    first.misses = 0;
+  } else if (first.misses > 0) {
+    --first.misses;
   }
 }
 

@@ -17,6 +17,8 @@ namespace {
 /// one.
 constexpr std::uint32_t kMostColours = 48;
 constexpr std::size_t kLeastOfColour = 4;
+/// Batches of a colour that are worth a part of a thread's work.
+constexpr std::size_t kLeastOfThread = 8;
 /// Pairs of a group that are worth colouring.
 constexpr std::size_t kLeastLaned = 8;
 
@@ -108,7 +110,7 @@ std::size_t find_batches(const Group& g) {
     if (p.working == 0) continue;
     if (!open || colour != laned.colour || g.batches[count - 1].count == kPairLanes) {
       if (open) numbers += numbers_of(g.batches[count - 1].points);
-      g.batches[count++] = {{}, 0, 0, numbers};
+      g.batches[count++] = {{}, 0, 0, laned.colour, numbers};
       open = true, colour = laned.colour;
     }
     PairBatch& batch = g.batches[count - 1];
@@ -145,26 +147,49 @@ void push_lanes(const Group& g) {
   }
 }
 
-Real sweep_lanes(const Group& g, const Substep& s, Sweep sweep, Order order) {
-  const std::span<PairBatch> batches = batches_of(g);
-  Real most = 0;
-  for (std::size_t k = 0; k < batches.size(); ++k) {
-    const PairBatch& batch = batches[order == Order::forwards ? k : batches.size() - 1 - k];
-    PairLanes lanes = lanes_of(g, batch);
-    lanes.tolerance = g.trees.empty() ? kPairTolerance : 0;
-    for_each_point(g, batch, [&](const GroupContact& c, std::size_t i, std::size_t l) {
-      const LanePoint to = point_of(lanes, i, l);
-      const Goal goal = goal_of(c, spring_of(g, c, s), s, sweep);
-      to.set(kPointImpulse, c.impulse);
-      to[kPointSpeed] = goal.speed, to[kPointParted] = goal.parted;
-      to[kPointKept] = 1 - goal.spring.by_impulse, to[kPointByMass] = goal.spring.by_mass;
-    });
-    most = std::max(most, kernels().solve_pairs(lanes));
-    for_each_point(g, batch, [&](GroupContact& c, std::size_t i, std::size_t l) {
-      c.impulse = point_of(lanes, i, l).vec(kPointImpulse);
-    });
-  }
+namespace {
+
+/// Iterates the impulses of a batch. Returns the largest change of speed, m/s.
+Real solve_batch(const Group& g, const PairBatch& batch, const Substep& s, Sweep sweep) {
+  PairLanes lanes = lanes_of(g, batch);
+  lanes.tolerance = g.trees.empty() ? kPairTolerance : 0;
+  for_each_point(g, batch, [&](const GroupContact& c, std::size_t i, std::size_t l) {
+    const LanePoint to = point_of(lanes, i, l);
+    const Goal goal = goal_of(c, spring_of(g, c, s), s, sweep);
+    to.set(kPointImpulse, c.impulse);
+    to[kPointSpeed] = goal.speed, to[kPointParted] = goal.parted;
+    to[kPointKept] = 1 - goal.spring.by_impulse, to[kPointByMass] = goal.spring.by_mass;
+  });
+  const Real most = kernels().solve_pairs(lanes);
+  for_each_point(g, batch, [&](GroupContact& c, std::size_t i, std::size_t l) {
+    c.impulse = point_of(lanes, i, l).vec(kPointImpulse);
+  });
   return most;
+}
+
+}  // namespace
+
+Real sweep_lanes(const Group& g, const Substep& s, Sweep sweep, Order order) {
+  const std::span<PairBatch> all = batches_of(g);
+  Real most[kMostParts] = {};
+  const auto solve = [&](std::span<const PairBatch> colour) {
+    in_parts(g.threads, colour.size(), kLeastOfThread, [&](const ListPart& part) {
+      for (const PairBatch& batch : colour.subspan(part.begin, part.end - part.begin))
+        most[part.number] = std::max(most[part.number], solve_batch(g, batch, s, sweep));
+    });
+  };
+  for (std::size_t from = 0, left = all.size(); left > 0;) {
+    std::size_t count = 1;
+    if (order == Order::forwards) {
+      while (count < left && all[from + count].colour == all[from].colour) ++count;
+      solve(all.subspan(from, count)), from += count;
+    } else {
+      while (count < left && all[left - 1 - count].colour == all[left - 1].colour) ++count;
+      solve(all.subspan(left - count, count));
+    }
+    left -= count;
+  }
+  return *std::max_element(std::begin(most), std::end(most));
 }
 
 void gather_laned(GroupScratch& r, GroupScratch::Range& range) {

@@ -24,7 +24,8 @@ struct LanedPair {
 struct PairBatch {
   std::uint32_t pairs[kPairLanes] = {};
   std::uint32_t count = 0, points = 0;  // of the pairs; of the pair with the most active points
-  std::size_t numbers = 0;              // in Group::numbers
+  std::uint32_t colour = 0;
+  std::size_t numbers = 0;  // in Group::numbers
 };
 
 }  // namespace pantin::detail::articulated

@@ -41,6 +41,8 @@ constexpr Real kDeep = 2;
 constexpr Real kCloses = 1e-2, kSunk = 1e-6, kSunkJoined = 0.05;
 /// Margin of the predicted active set, as a fraction of the speed that weight gives in a step.
 constexpr Real kMayPress = 0.1;
+/// Newton iterations in a step, and in a short one.
+constexpr int kMostOfStep = 120, kMostOfPart = 80;
 constexpr int kFirstIterations = 2, kSwingIterations = 12, kSearchSteps = 40;
 /// Continuation: multiples of the compliance, and iterations with each.
 constexpr std::pair<Real, int> kSofter[] = {{1e4, 20}, {1e3, 20}, {1e2, 20}, {1e1, 20}, {1, 40}};
@@ -121,10 +123,11 @@ bool holds(const GroupContact& c) {
 }
 
 /// Contacts that may act in the step. False if an overlap is so deep that sweeps must separate it,
-/// or bodies will bounce.
+/// or bodies that glide strike others, or bounce.
 bool begin_contacts(const Group& g, const GroupPart& part) {
   const Real h = part.h;
   const Real weight = weight_of(g);
+  const bool glides = h < kGlidingSubstep && g.trees.empty();
   for (std::size_t i = 0; i < g.contacts.size(); ++i) {
     GroupContact& c = g.contacts[i];
     RestContact& r = g.rest_contacts[i];
@@ -132,6 +135,7 @@ bool begin_contacts(const Group& g, const GroupPart& part) {
     const Real closes = closing_speed(g, c);
     r.near = c.gap < 2 * h * std::max(kRestSpeed, closes);
     if (!r.near) continue;
+    if (glides && -speed_of(g, c, &RestBody::motion).x > kRestSpeed) return false;
     if (c.restitution > 0 && closes > kLeastBlow) return false;
     g.resting[c.a].touches = true;
     if (c.b < g.resting.size()) g.resting[c.b].touches = true;
@@ -339,15 +343,21 @@ bool resume(const Group& g) {
   return true;
 }
 
+/// A search: the fastest speed without contacts, m/s, and the iterations that are left.
+struct Search {
+  Real fastest;
+  int left;
+};
+
 /// Newton's method until no residual exceeds `enough`, m/s, or kNearly times that where rounding
 /// stops progress.
-bool iterate(const Group& g, Real enough, int most) {
+bool iterate(const Group& g, Real enough, int most, Search& s) {
   Real before = std::numeric_limits<Real>::infinity();
-  for (int n = 0;; ++n) {
+  for (int n = 0;; ++n, --s.left) {
     const Real left = measure(g);
     const bool nearly = left <= kNearly * enough;
     if (left <= enough || (nearly && left > 0.5 * before)) return true;
-    if (n == most || !find_direction(g)) return nearly;
+    if (n == most || s.left <= 0 || !find_direction(g)) return nearly;
     const Real part = search(g);
     advance(g, part);
     before = left;
@@ -382,7 +392,7 @@ bool follow_lifts(const Group& g) {
 }
 
 /// Continuation from far larger compliances, where the distribution of loads is found first.
-bool iterate_softer(const Group& g, Real fastest) {
+bool iterate_softer(const Group& g, Search& s) {
   start(g);
   const auto scale = [&](Real by) {
     for (RestContact& r : g.rest_contacts) r.compliance *= by;
@@ -390,8 +400,8 @@ bool iterate_softer(const Group& g, Real fastest) {
   };
   for (const auto& [softer, most] : kSofter) {
     scale(softer);
-    const bool done = iterate(g, (softer > 1 ? kRoughly : kBalanced) * fastest, most);
-    const bool hopeless = !done && measure(g) > kHopeless * fastest;
+    const bool done = iterate(g, (softer > 1 ? kRoughly : kBalanced) * s.fastest, most, s);
+    const bool hopeless = !done && measure(g) > kHopeless * s.fastest;
     scale(1 / softer);
     if (softer == 1) return done;
     if (hopeless) return false;
@@ -400,7 +410,7 @@ bool iterate_softer(const Group& g, Real fastest) {
 }
 
 /// Solves again with corrected goals until they agree with the sliding found.
-bool settle_lifts(const Group& g, Real fastest, Real h) {
+bool settle_lifts(const Group& g, Search& s, Real h) {
   const bool glides = h < kGlidingSubstep;  // sweeps would be worse
   const Real gained = h * weight_of(g);
   for (int n = 0;; ++n) {
@@ -408,8 +418,8 @@ bool settle_lifts(const Group& g, Real fastest, Real h) {
     if (error <= kLifted * gained) return true;
     if (n == (glides ? kLiftings : kFewLiftings)) return error <= kNearlyLifted * gained;
     each_lift(g, [](RestContact& r, Real lift) { r.goal.x -= lift - r.lift, r.lift = lift; });
-    const bool found = follow_lifts(g) && iterate(g, kBalanced * fastest, kSofter[0].second);
-    if (!found && !(glides && iterate_softer(g, fastest))) return false;
+    const bool found = follow_lifts(g) && iterate(g, kBalanced * s.fastest, kSofter[0].second, s);
+    if (!found && !(glides && iterate_softer(g, s))) return false;
   }
 }
 
@@ -453,13 +463,14 @@ Rest rest_group(const Group& g, const GroupPart& part) {
   start(g);
   const Real enough = kBalanced * fastest;
   const int first = h < part.whole ? kSwingIterations : kFirstIterations;
-  if (!(resume(g) && iterate(g, enough, first))) {
+  Search s{fastest, h < kGlidingSubstep ? kMostOfPart : kMostOfStep};
+  if (!(resume(g) && iterate(g, enough, first, s))) {
     start(g);
-    if (!iterate(g, enough, kFirstIterations) && !iterate_softer(g, fastest)) return Rest::missed;
+    if (!iterate(g, enough, kFirstIterations, s) && !iterate_softer(g, s)) return Rest::missed;
   }
   for (int n = 0; harden(g, h); ++n)
-    if (n == kHardenings || !iterate(g, enough, kSofter[0].second)) return Rest::missed;
-  if (!settle_lifts(g, fastest, h)) return Rest::missed;
+    if (n == kHardenings || !iterate(g, enough, kSofter[0].second, s)) return Rest::missed;
+  if (!settle_lifts(g, s, h)) return Rest::missed;
   if (!is_at_rest(g, h)) return Rest::moves;
   if (!are_calm(g, part)) return Rest::moves;
   set_rest_impulses(g);

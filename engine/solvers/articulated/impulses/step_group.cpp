@@ -44,10 +44,11 @@ constexpr Real kExchange = 1e-6, kStalled = 0.02;
 constexpr Real kTieReturn = 0.5;
 /// Factor on GroupLoops::open at the end of a step.
 constexpr Real kLeftOpen = 1e-3;
-/// m/s: tolerances of sweeps over trees, for the change of a contact's speed.
+/// m/s: tolerances of sweeps over trees and lanes, for the change of a contact's speed. Colour by
+/// colour an impact passes from pair to pair only, in the order of pairs along a whole row.
 constexpr Real kEnoughAtImpact = 0.06, kEnoughAtFewPoints = 3e-3;
-constexpr int kSweepsInHaste = 2, kImpactSweepsOfTrees = 6, kSweepsOfFewPoints = 24,
-              kBlowSweepsOfTrees = 400, kSweepsOnCables = 50;
+constexpr int kSweepsInHaste = 2, kSweepsOfLanes = 4, kImpactSweepsOfTrees = 6,
+              kSweepsOfFewPoints = 24, kBlowSweepsOfTrees = 400, kSweepsOnCables = 50;
 /// s: in shorter substeps the tolerance falls with the cube of their length, to keep symmetry.
 constexpr Real kSubstepOfFewPoints = 1 / 470.0;
 /// A contact with an impulse above kBlow times the previous one is an impact. A load moves no
@@ -268,7 +269,7 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   if (is_bound) remember_free(g);
   warm_start(g);
   Ending solved(g, s);
-  const int sweeps = g.trees.empty() && g.ties.empty() ? 1
+  const int sweeps = g.trees.empty() && g.ties.empty() ? (g.laned.empty() ? 1 : kSweepsOfLanes)
                      : s.in_haste                      ? kSweepsInHaste
                      : s.strikes                       ? kBlowSweepsOfTrees
                      : s.few_points                    ? s.most_sweeps
