@@ -110,11 +110,18 @@ TEST_CASE("a heap sleeps beside a ball that rolls past, and wakes where one roll
   w.bodies[s.ball].pose.position = {-0.4, 0.1, 0.301}, w.bodies[s.ball].teleport = true;
   send(w, s.ball, {0.25, 0, 0});
   w.bodies[s.ball].angular_velocity = {0, 0, -2.5};
+  const std::string path =
+      (std::filesystem::temp_directory_path() / "pantin_sleepers_past.world").string();
   for (int i = 0; i < 180; ++i) {
+    REQUIRE(save_world(w, path));
+    Simulation read = Simulation::copy_of(load_world(path).value());
     REQUIRE(sim.step().status == Status::ok);
+    read.step();
+    REQUIRE(state_hash(read.world) == state_hash(w));
     REQUIRE(awake(sim, s.boxes[0]) == 0);
     REQUIRE(!is_asleep(w, s.ball));
   }
+  std::filesystem::remove(path);
   CHECK(w.bodies[s.ball].pose.position.x == Approx(0.35).margin(1e-6));
   // On into the second.
   w.bodies[s.ball].pose.position = {1.5, 0.1, 0}, w.bodies[s.ball].teleport = true;
@@ -129,6 +136,38 @@ TEST_CASE("a heap sleeps beside a ball that rolls past, and wakes where one roll
   CHECK(woke == kHigh);
   CHECK(before < 1.7 + 1e-4);  // where it touches the side of the stack
   CHECK(before > 1.7 - 1e-3);
+}
+
+TEST_CASE("a fast ball that rolls into what sleeps does not enter it, however it is turned") {
+  Collision solid;
+  solid.others = true;
+  for (int phase = 0; phase < 8; ++phase)
+    for (const Real speed : {1.0, 5.0, 20.0}) {
+      INFO("phase " << phase << ", " << speed << " m/s");
+      World w;
+      add_solid(w, box_shape({20, 0.5, 5}), {{0, 9.5, 0}, kIdentity}, Motion::fixed, solid);
+      const Entity box =
+          add_solid(w, box_shape(Vec3(0.2)), {{2 + 0.013 * phase, 10.2, 0}, kIdentity},
+                    Motion::dynamic, solid);
+      const Entity far =
+          add_solid(w, ball_shape(0.1), {{-9, 10.1, 0}, kIdentity}, Motion::dynamic, solid);
+      Simulation sim = Simulation::copy_of(w, {});
+      for (int i = 0; i < 300 && !is_asleep(sim.world, box); ++i) sim.step();
+      REQUIRE(is_asleep(sim.world, box));
+      Body& ball = sim.world.bodies[far];
+      ball.pose.position = {1, 10.1, 0}, ball.teleport = true;
+      ball.pose.rotation = from_rotation_vector({0.3 * phase, 0.2, 0.8 * phase});
+      send(sim.world, far, {speed, 0, 0});
+      ball.angular_velocity = {0, 0, -speed / 0.1};
+      Real deepest = 0;
+      for (int i = 0; i < 60; ++i) {
+        REQUIRE(sim.step().status == Status::ok);
+        const Vec3 a = sim.world.bodies[far].pose.position, b = sim.world.bodies[box].pose.position;
+        if (a.y < 10.4) deepest = std::max(deepest, a.x + 0.1 - (b.x - 0.2));  // not above it
+      }
+      CHECK(deepest < 2e-3);
+      CHECK(sim.world.bodies[box].pose.position.x > 2 + 0.013 * phase);
+    }
 }
 
 TEST_CASE("each step goes on as after saving and reading") {

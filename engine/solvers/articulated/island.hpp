@@ -314,13 +314,12 @@ struct IslandMemory {
   std::vector<PackedPin> pins;
   std::vector<PackedCable> cables;
   std::vector<JointMemory> joint_memory;  // by column, as `joints`
-  int swept_steps = 0;      // steps left to sweeps, after the energy-momentum method failed
-  Real quiet_time = 0;      // s, with all speeds below the sleep speed
-  std::vector<Pose> rests;  // by column, with colliders: poses at the start of rest_time
-  Real rest_time = 0;       // s, since bodies last moved away from `rests`
-  bool rested = false;      // the previous rest interval had ended as well
-  std::uint8_t misses =
-      0;  // searches in a row that found its group not at rest, of its first island
+  int swept_steps = 0;       // steps left to sweeps, after the energy-momentum method failed
+  Real quiet_time = 0;       // s, with all speeds below the sleep speed
+  std::vector<Pose> rests;   // by column, with colliders: poses at the start of rest_time
+  Real rest_time = 0;        // s, since bodies last moved away from `rests`
+  bool rested = false;       // the previous rest interval had ended as well
+  std::uint8_t misses = 0;   // searches for rest of its group in vain, less the steps since
   std::uint8_t waits = 0;    // steps until the next search
   bool asleep = false;       // asleep until something wakes it
   Vec3 asleep_gravity{0};    // gravity when it fell asleep, m/s^2

@@ -9,15 +9,13 @@
 #include "engine/geometry/kinds.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/impulses/group_points.hpp"
+#include "engine/solvers/articulated/impulses/meetings.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/solver.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
 
-/// An awake body meets a sleeping one if their gap is less than this fraction of the awake island's
-/// size, or than the way at this many times the fastest speed of its group.
-constexpr Real kNext = 1e-3, kCautious = 2;
 /// A group is not searched for rest for 0, 1, 3, 7 steps after so many misses.
 constexpr int kMostMisses = 4;
 /// Threads share a group of so many pairs.
@@ -25,112 +23,6 @@ constexpr std::size_t kManyPairs = 128;
 
 /// Flags of a group.
 constexpr std::uint8_t kOtherMethod = 1, kAwake = 2;
-
-bool can_join(const Island& a) {
-  return !a.unfit && a.finite && a.settings.solver == Solver::articulated;
-}
-
-}  // namespace
-
-namespace {
-
-bool is_mutual(const World& world, const Contact& c) {
-  return is_own(world, c.slot_a) && is_own(world, c.slot_b);
-}
-
-/// Joins the islands of both bodies of each of these contacts that `joins` accepts.
-template <class Joins>
-void join_touching(const World& world, std::span<const Contact> contacts, DisjointSets& sets,
-                   const Joins& joins) {
-  const Partition& partition = partition_of(world);
-  const IslandVector& list = islands_of(world);
-  for (const Contact& c : contacts) {
-    if (!is_mutual(world, c)) continue;
-    const std::uint32_t a = owner_of(partition, c.slot_a).island,
-                        b = owner_of(partition, c.slot_b).island;
-    if (joins(c, list[a], list[b])) sets.join(a, b);
-  }
-}
-
-/// Whether an island may speed up by itself in the step.
-bool has_power(const Island& a) {
-  return a.forced || std::any_of(a.joints.begin(), a.joints.end(), [](const PackedJoint& j) {
-           return j.stiff && (j.drive != UINT32_MAX || is_actuated(j));
-         });
-}
-
-/// m/s: a bound on the speed of the surface of an island's bodies in the step; `fall`: what weight
-/// adds where nothing bears them.
-Real fastest_of(const World& world, const Island& a, Real fall) {
-  Real most = 0;
-  for (std::size_t c = 0; c < a.count(); ++c) {
-    const Body& b = world.bodies.values()[a.slots[c]];
-    most = std::max(most, glm::length(b.velocity) + a.size * glm::length(b.angular_velocity));
-  }
-  return a.contact_active ? most : most + fall;
-}
-
-/// m/s: at which the bodies of a contact approach each other there.
-Real approach_of(const World& world, const Contact& c) {
-  const auto velocity = [&](std::uint32_t slot, Vec3 point) {
-    const Body& b = world.bodies.values()[slot];
-    return b.velocity + glm::cross(b.angular_velocity, point - b.pose.position);
-  };
-  return glm::dot(velocity(c.slot_b, c.point_b) - velocity(c.slot_a, c.point_a), c.normal);
-}
-
-/// Bounds on the speeds of groups of awake islands in a step.
-class SpeedBounds {
- public:
-  SpeedBounds(const World& world, GroupScratch& r, Real h) : world_(world), r_(r), h_(h) {
-    const Islands& all = world.memory.of<Islands>();
-    r.speeds.assign(all.list.size(), 0), r.flags.assign(all.list.size(), 0);
-    const Real fall = h * glm::length(world.gravity);
-    for (const std::uint32_t i : all.rest.awake) {
-      const std::uint32_t root = r.sets.root(i);
-      r.speeds[root] = std::max(r.speeds[root], fastest_of(world, all.list[i], fall));
-      r.flags[root] = r.flags[root] == 0 ? kOne : kSeveral;
-    }
-  }
-  /// Whether an awake island may meet a sleeping one at a contact. One body that touches no other
-  /// awake one moves as it does now; in a group another may strike it first.
-  bool may_meet(const Contact& c, std::uint32_t awake) const {
-    const Island& a = islands_of(world_)[awake];
-    const std::uint32_t root = r_.sets.root(awake);
-    const bool is_free = r_.flags[root] == kOne && a.count() == 1 && a.contact_active;
-    const Real speed = is_free ? std::max(Real(0), approach_of(world_, c)) : r_.speeds[root];
-    return c.lambda != Vec3(0) || c.gap < kNext * a.size + kCautious * h_ * speed || has_power(a) ||
-           !can_join(a);
-  }
-
- private:
-  static constexpr std::uint8_t kOne = 1, kSeveral = 2;  // flags: islands of a group
-  const World& world_;
-  GroupScratch& r_;
-  Real h_;
-};
-
-/// Joins islands that touch, and sleeping ones to those that are awake and may meet them in the
-/// step: a ball may roll beside a heap that sleeps.
-void join_islands(const World& world, GroupScratch& r, Real h) {
-  const Partition& partition = partition_of(world);
-  const IslandVector& list = islands_of(world);
-  bool mixed = false;
-  join_touching(world, contacts_of(world), r.sets, [&](auto&, const Island& a, const Island& b) {
-    mixed = mixed || a.asleep != b.asleep;
-    return a.asleep == b.asleep;
-  });
-  if (!mixed) return;
-  const SpeedBounds bounds(world, r, h);
-  for (const Contact& c : contacts_of(world)) {
-    if (!is_mutual(world, c)) continue;
-    std::uint32_t awake = owner_of(partition, c.slot_a).island,
-                  asleep = owner_of(partition, c.slot_b).island;
-    if (list[awake].asleep) std::swap(awake, asleep);
-    if (list[awake].asleep || !list[asleep].asleep) continue;
-    if (bounds.may_meet(c, awake)) r.sets.join(awake, asleep);
-  }
-}
 
 /// Sets group and flags of the islands that are awake and of sleeping ones that are touched.
 /// Returns whether one of the latter has to wake.
@@ -153,7 +45,7 @@ bool list_groups(const World& world, GroupScratch& r) {
 void wake_groups(World& world, GroupScratch& r, Real h) {
   Islands& all = world.memory.of<Islands>();
   rest_lists(world);
-  join_touching(world, resting_contacts_of(world), r.sets, [](auto&...) { return true; });
+  join_touching(world, resting_contacts_of(world), r.sets);
   list_groups(world, r);
   for (const RestLists::Sleeper& s : all.rest.sleepers)
     if (r.flags[r.sets.root(s.island)] != 0) wake(world, all.list[s.island], h);
@@ -165,15 +57,6 @@ void wake_groups(World& world, GroupScratch& r, Real h) {
   std::sort(awake.begin(), awake.end());
   assign_contacts(world, h);
   join_islands(world, r, h);
-}
-
-/// Whether one of the bodies of a contact sleeps, and the other one does not meet it in the step.
-bool is_idle(const World& world, const Contact& c) {
-  if (!is_mutual(world, c)) return false;
-  const Partition& partition = partition_of(world);
-  const IslandVector& list = islands_of(world);
-  return list[owner_of(partition, c.slot_a).island].asleep !=
-         list[owner_of(partition, c.slot_b).island].asleep;
 }
 
 }  // namespace
@@ -318,7 +201,7 @@ Pace pace_of(const GroupScratch& r, std::size_t i, const StepTask& task, int at_
   return {now + time, r.cost * weight_of(r.groups[i])};
 }
 
-/// After a search that found a group not at rest the next one waits for longer and longer.
+/// After a second search in vain the next one waits, longer and longer.
 void note_search(Island& first, Rest found) {
   if (found == Rest::missed) {
     first.misses = static_cast<std::uint8_t>(std::min(first.misses + 1, kMostMisses));

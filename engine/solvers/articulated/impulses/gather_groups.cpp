@@ -10,6 +10,7 @@
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/impulses/gather.hpp"
 #include "engine/solvers/articulated/impulses/group_points.hpp"
+#include "engine/solvers/articulated/impulses/meetings.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
@@ -317,9 +318,8 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
   for (std::uint32_t i = 0; i < contacts.size(); ++i) {
     if (!is_own(world, contacts[i].slot_a)) continue;
     const Island& a = list[owner_of(partition, contacts[i].slot_a).island];
-    const bool waits = is_own(world, contacts[i].slot_b) &&
-                       list[owner_of(partition, contacts[i].slot_b).island].asleep;
-    if (a.in_group && !a.asleep && !waits) r.keys.push_back(std::uint64_t(group_at(i)) << 32 | i);
+    if (a.in_group && !a.asleep && !is_idle(world, contacts[i]))
+      r.keys.push_back(std::uint64_t(group_at(i)) << 32 | i);
   }
   std::sort(r.keys.begin(), r.keys.end());
   for (const std::uint64_t key : r.keys) r.order.push_back(static_cast<std::uint32_t>(key));

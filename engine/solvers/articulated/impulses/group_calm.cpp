@@ -46,7 +46,7 @@ struct Calmness {
 };
 
 /// Whether bodies glide on one another: none turns, and none parts from what bears it or comes
-/// nearer; those that nothing bears are calm. `motion_of` gives the motion of a free body.
+/// nearer. `motion_of` gives the motion of a free body.
 template <class MotionOf>
 bool all_glide(std::span<const GroupBody> bodies, std::span<const GroupContact> contacts,
                std::size_t free, const MotionOf& motion_of) {
@@ -90,7 +90,7 @@ bool may_glide(std::span<const GroupBody> bodies, std::span<const GroupContact> 
 }
 
 bool are_calm(const Group& g, const GroupPart& part) {
-  if (part.h < kGlidingSubstep && g.trees.empty()) return are_gliding(g);
+  if (may_glide_for(g, part.h)) return are_gliding(g);
   Calmness calm(g.bodies, g.resting.size(), part.h);
   for (std::size_t i = 0; i < g.resting.size(); ++i) {
     const RestBody& r = g.resting[i];

@@ -76,17 +76,23 @@ void write_body(const GroupBody& b, Real* to) {
   for (std::size_t n = 0; n < 7; ++n) to[kPairLanes * n] = numbers[n];
 }
 
+/// Writes masses and inertias at the current poses: momentum is kept in each sweep.
+void write_bodies(const Group& g, const PairBatch& batch, const PairLanes& lanes) {
+  for (std::size_t l = 0; l < batch.count; ++l) {
+    const GroupContact& c = g.contacts[g.pairs[batch.pairs[l]].first];
+    write_body(g.a(c), lanes.table + kPairLanes * kPairOfA + l);
+    write_body(g.b(c), lanes.table + kPairLanes * kPairOfB + l);
+  }
+}
+
 /// Fills the table of a batch, but for impulses and goals.
 void fill_batch(const Group& g, const PairBatch& batch) {
   const PairLanes lanes = lanes_of(g, batch);
   std::fill_n(lanes.table, numbers_of(batch.points), Real(0));
-  for (std::size_t l = 0; l < batch.count; ++l) {
-    const GroupPair& p = g.pairs[batch.pairs[l]];
-    lanes.table[kPairLanes * kPairIterations + l] = p.working > 1 ? kPointIterations : 1;
-    const GroupContact& c = g.contacts[p.first];
-    write_body(g.a(c), lanes.table + kPairLanes * kPairOfA + l);
-    write_body(g.b(c), lanes.table + kPairLanes * kPairOfB + l);
-  }
+  write_bodies(g, batch, lanes);
+  for (std::size_t l = 0; l < batch.count; ++l)
+    lanes.table[kPairLanes * kPairIterations + l] =
+        g.pairs[batch.pairs[l]].working > 1 ? kPointIterations : 1;
   for_each_point(g, batch, [&](const GroupContact& c, std::size_t i, std::size_t l) {
     const LanePoint to = point_of(lanes, i, l);
     for (std::size_t n = 0; n < 3; ++n) to.set(kPointAxes + 3 * n, c.axes[n]);
@@ -153,6 +159,7 @@ namespace {
 Real solve_batch(const Group& g, const PairBatch& batch, const Substep& s, Sweep sweep) {
   PairLanes lanes = lanes_of(g, batch);
   lanes.tolerance = g.trees.empty() ? kPairTolerance : 0;
+  write_bodies(g, batch, lanes);
   for_each_point(g, batch, [&](const GroupContact& c, std::size_t i, std::size_t l) {
     const LanePoint to = point_of(lanes, i, l);
     const Goal goal = goal_of(c, spring_of(g, c, s), s, sweep);

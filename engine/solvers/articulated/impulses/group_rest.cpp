@@ -127,7 +127,7 @@ bool holds(const GroupContact& c) {
 bool begin_contacts(const Group& g, const GroupPart& part) {
   const Real h = part.h;
   const Real weight = weight_of(g);
-  const bool glides = h < kGlidingSubstep && g.trees.empty();
+  const bool glides = may_glide_for(g, h);
   for (std::size_t i = 0; i < g.contacts.size(); ++i) {
     GroupContact& c = g.contacts[i];
     RestContact& r = g.rest_contacts[i];
@@ -135,8 +135,8 @@ bool begin_contacts(const Group& g, const GroupPart& part) {
     const Real closes = closing_speed(g, c);
     r.near = c.gap < 2 * h * std::max(kRestSpeed, closes);
     if (!r.near) continue;
-    if (glides && -speed_of(g, c, &RestBody::motion).x > kRestSpeed) return false;
-    if (c.restitution > 0 && closes > kLeastBlow) return false;
+    const Real comes = -speed_of(g, c, &RestBody::motion).x;
+    if ((glides && comes > kRestSpeed) || (c.restitution > 0 && comes > kLeastBlow)) return false;
     g.resting[c.a].touches = true;
     if (c.b < g.resting.size()) g.resting[c.b].touches = true;
     if (c.gap < -kDeep * c.shallow) return false;
@@ -411,7 +411,7 @@ bool iterate_softer(const Group& g, Search& s) {
 
 /// Solves again with corrected goals until they agree with the sliding found.
 bool settle_lifts(const Group& g, Search& s, Real h) {
-  const bool glides = h < kGlidingSubstep;  // sweeps would be worse
+  const bool glides = may_glide_for(g, h);  // sweeps would be worse
   const Real gained = h * weight_of(g);
   for (int n = 0;; ++n) {
     const Real error = error_of_lifts(g);
@@ -437,7 +437,7 @@ bool harden(const Group& g, Real h) {
 
 /// Whether no contact slides far at the velocities found, unless the step is short.
 bool is_at_rest(const Group& g, Real h) {
-  if (h < kGlidingSubstep) return true;
+  if (may_glide_for(g, h)) return true;
   for (std::size_t i = 0; i < g.contacts.size(); ++i) {
     const RestContact& r = g.rest_contacts[i];
     if (!r.near || r.cone.at != At::surface) continue;
@@ -463,7 +463,7 @@ Rest rest_group(const Group& g, const GroupPart& part) {
   start(g);
   const Real enough = kBalanced * fastest;
   const int first = h < part.whole ? kSwingIterations : kFirstIterations;
-  Search s{fastest, h < kGlidingSubstep ? kMostOfPart : kMostOfStep};
+  Search s{fastest, may_glide_for(g, h) ? kMostOfPart : kMostOfStep};
   if (!(resume(g) && iterate(g, enough, first, s))) {
     start(g);
     if (!iterate(g, enough, kFirstIterations, s) && !iterate_softer(g, s)) return Rest::missed;
@@ -488,7 +488,7 @@ Rest rest_group(const Group& g, const GroupPart& part) {
     move(b, b.velocity, h);
     slow_down(b, h);
   }
-  if (g.nodes.empty())
+  if (g.nodes.empty() && part.end == 1)
     for (GroupPair& p : g.pairs) prepare_pair(g, p);  // responses, for take_up
   return Rest::taken;
 }

@@ -11,6 +11,10 @@ inline constexpr Real kRestCompliance = 1e-7;
 inline constexpr Real kRestSpeed = 0.02;
 /// s: in longer steps gliding bodies would lag behind.
 inline constexpr Real kGlidingSubstep = 1.0 / 400;
+/// Whether a group may glide in a step of h seconds: more than few bodies, none with joints.
+inline bool may_glide_for(const Group& g, Real h) {
+  return h < kGlidingSubstep && g.trees.empty() && g.resting.size() > kFewBodies;
+}
 /// Fraction of an overlap closed in a step.
 inline constexpr Real kRestClosed = 0.2;
 

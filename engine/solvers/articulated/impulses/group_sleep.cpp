@@ -4,7 +4,9 @@
 
 #include "engine/contact/detect.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
-#include "engine/solvers/articulated/impulses/group_resting.hpp"
+#include "engine/solvers/articulated/impulses/contact_groups.hpp"
+#include "engine/solvers/articulated/impulses/group_points.hpp"
+#include "engine/solvers/articulated/impulses/meetings.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
@@ -17,10 +19,6 @@ constexpr Real kSettled = 5e-4;
 constexpr Real kDead = 1e-3, kPatience = 3, kPatienceInHeap = 1;
 /// In a heap, bodies spinning in place may sleep at a spin this many times larger.
 constexpr Real kSpinsInHeap = 10;
-/// Bodies that others may reach in a step at this many times the fastest speed stay awake with
-/// them; they would be woken at half of that (join_islands()).
-constexpr Real kCautious = 4;
-
 /// What keeps a part of a group awake: flags of its islands.
 constexpr std::uint8_t kMoves = 1, kUnsettled = 2, kDeep = 4, kAlive = 8;
 
@@ -35,19 +33,23 @@ bool bears_moving_surface(const GroupContact& c) {
 /// The parts of a group: islands that bear one another, or may soon.
 class Parts {
  public:
-  Parts(Islands& all, const Group& g, Real h) : r_(all.groups) {
+  Parts(World& world, const Group& g, Real h) : r_(world.memory.of<Islands>().groups) {
+    const IslandVector& list = islands_of(world);
     Real fastest = 0;
     for (const GroupBody& b : g.bodies) {
       if (b.per_mass == 0) continue;
+      const Island& a = list[b.island];
       r_.flags[b.island] = 0;
-      const Real fall = all.list[b.island].contact_active ? 0 : h * glm::length(b.acceleration);
-      fastest =
-          std::max(fastest, glm::length(b.velocity) + size_of(b) * glm::length(b.spin) + fall);
+      const Real fall = a.contact_active ? 0 : fall_of(world, a, h);
+      fastest = std::max(fastest, speed_bound(world, a) + fall);
     }
-    const Real near = kCautious * h * fastest;
-    for (const GroupContact& c : g.contacts)
-      if (!g.is_fixed(c) && (c.passed.x > 0 || c.gap < c.shallow + near))
+    for (const GroupContact& c : g.contacts) {
+      if (g.is_fixed(c)) continue;
+      const Island &a = list[g.a(c).island], &b = list[g.b(c).island];
+      const Real near = kStaysAwake * (touching_gap(a, b) + h * fastest);
+      if (c.passed.x > 0 || c.gap < near || has_power(world, a) || has_power(world, b))
         r_.sets.join(g.a(c).island, g.b(c).island);
+    }
     for (const GroupContact& c : g.contacts) add(g, c);
   }
   std::uint8_t& of(std::uint32_t island) { return r_.flags[r_.sets.root(island)]; }
@@ -73,7 +75,7 @@ void let_sleep(World& world, const Group& g, Real h) {
     list[g.a(c).island].contact_active = true;
     if (!g.is_fixed(c)) list[g.b(c).island].contact_active = true;
   }
-  Parts parts(world.memory.of<Islands>(), g, h);
+  Parts parts(world, g, h);
   const bool is_heap = g.trees.empty() && !g.has_at_most(kFewBodies);
   const Real turning = is_heap ? kSpinsInHeap * kTurning : kTurning;
   const Real patience = is_heap ? kPatienceInHeap : kPatience;

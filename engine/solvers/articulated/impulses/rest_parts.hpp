@@ -53,7 +53,7 @@ struct RestContact {
   bool near = false;
   bool may_press = false, presses = false;  // predicted active; so in the first iteration
   Real compliance = 0;                      // 1/kg
-  Real lift = 0;                            // m/s, of `goal`: see correct_lifts()
+  Real lift = 0;                            // m/s, of `goal`: see settle_lifts()
   Vec3 goal{0}, speed{0}, change{0};        // m/s, of a's point relative to b's
   ConeImpulse cone;
 };

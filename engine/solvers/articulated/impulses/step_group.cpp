@@ -269,12 +269,13 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   if (is_bound) remember_free(g);
   warm_start(g);
   Ending solved(g, s);
-  const int sweeps = g.trees.empty() && g.ties.empty() ? (g.laned.empty() ? 1 : kSweepsOfLanes)
-                     : s.in_haste                      ? kSweepsInHaste
-                     : s.strikes                       ? kBlowSweepsOfTrees
-                     : s.few_points                    ? s.most_sweeps
-                     : on_cables                       ? kSweepsOnCables
-                                                       : kImpactSweepsOfTrees;
+  const bool is_free = g.trees.empty() && g.ties.empty();
+  const int sweeps = is_free        ? (g.laned.empty() || s.in_haste ? 1 : kSweepsOfLanes)
+                     : s.in_haste   ? kSweepsInHaste
+                     : s.strikes    ? kBlowSweepsOfTrees
+                     : s.few_points ? s.most_sweeps
+                     : on_cables    ? kSweepsOnCables
+                                    : kImpactSweepsOfTrees;
   for (int n = 0; n < sweeps; ++n)
     if (solved.is_reached(sweep_group(g, s, Sweep::solves, turned(order, n)))) break;
   if (on_cables) touch_by_impulses(g);
@@ -435,7 +436,7 @@ Rest step_group(const Group& g, Real h, Pace& pace) {
     if (s.hard) c.rest = 0;  // the offset of a heap's springs does not apply without springs
   }
   // Only arms that touch nothing move, or bodies without joints glide.
-  bool swings = rest == Rest::moves;
+  bool swings = rest == Rest::moves && substeps > 1;
   s.part = {s.h, 0, 0, h};
   bool in_haste = false;
   for (int n = 0, left = rests ? 0 : substeps; left > 0; ++n, --left) {
