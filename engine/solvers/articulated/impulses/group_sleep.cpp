@@ -19,8 +19,14 @@ constexpr Real kSettled = 5e-4;
 constexpr Real kDead = 1e-3, kPatience = 3, kPatienceInHeap = 1;
 /// In a heap, bodies spinning in place may sleep at a spin this many times larger.
 constexpr Real kSpinsInHeap = 10;
-/// What keeps a part of a group awake: flags of its islands.
-constexpr std::uint8_t kMoves = 1, kUnsettled = 2, kDeep = 4, kAlive = 8;
+/// What keeps a part of a group awake, flags of its first island; of any: it may speed up by
+/// itself.
+constexpr std::uint8_t kMoves = 1, kUnsettled = 2, kDeep = 4, kAlive = 8, kPowered = 16;
+
+/// Whether a body is the first of its island.
+bool is_first(const Group& g, const GroupBody& b) {
+  return b.node == kNoNode || g.nodes[b.node].column == 0;
+}
 
 /// Whether an overlap is so deep that it is still being separated with speed.
 bool is_deep(const GroupContact& c) { return c.gap < -c.shallow - c.rest; }
@@ -37,18 +43,18 @@ class Parts {
     const IslandVector& list = islands_of(world);
     Real fastest = 0;
     for (const GroupBody& b : g.bodies) {
-      if (b.per_mass == 0) continue;
+      if (b.per_mass == 0 || !is_first(g, b)) continue;
       const Island& a = list[b.island];
-      r_.flags[b.island] = 0;
+      r_.flags[b.island] = has_power(world, a) ? kPowered : 0;
       const Real fall = a.contact_active ? 0 : fall_of(world, a, h);
       fastest = std::max(fastest, speed_bound(world, a) + fall);
     }
     for (const GroupContact& c : g.contacts) {
       if (g.is_fixed(c)) continue;
-      const Island &a = list[g.a(c).island], &b = list[g.b(c).island];
-      const Real near = kStaysAwake * (touching_gap(a, b) + h * fastest);
-      if (c.passed.x > 0 || c.gap < near || has_power(world, a) || has_power(world, b))
-        r_.sets.join(g.a(c).island, g.b(c).island);
+      const std::uint32_t a = g.a(c).island, b = g.b(c).island;
+      const Real near = kStaysAwake * (touching_gap(list[a], list[b]) + h * fastest);
+      const bool powered = ((r_.flags[a] | r_.flags[b]) & kPowered) != 0;
+      if (c.passed.x > 0 || c.gap < near || powered) r_.sets.join(a, b);
     }
     for (const GroupContact& c : g.contacts) add(g, c);
   }
@@ -87,7 +93,7 @@ void let_sleep(World& world, const Group& g, Real h) {
     const Real slow = a.settings.sleep_speed;
     const Real speed = glm::length(f.velocity), spin = glm::length(f.spin);
     const bool drives = f.node != kNoNode && g.nodes[f.node].is_driven;
-    if (f.node == kNoNode || g.nodes[f.node].column == 0) {
+    if (is_first(g, f)) {
       a.quiet_time += h;  // unless one of its bodies moves
       rested = !g.trees.empty() && has_rested(world, a, h) && (part & kDeep) == 0;
     }
