@@ -205,6 +205,27 @@ TEST_CASE("stacks slide as one body, whatever their height and the step") {
     }
 }
 
+TEST_CASE("a tower stands on a slab that starts to move at once") {
+  for (const Real h : {1.0 / 60, 1.0 / 240}) {
+    World w;
+    const Entity slab =
+        add_solid(w, box_shape({3, 0.1, 1}), {{0, -0.1, 0}, kIdentity}, Motion::kinematic, rough());
+    w.bodies[slab].velocity = {0.1, 0, 0};
+    std::vector<Entity> tower;
+    for (int i = 0; i < 20; ++i)
+      tower.push_back(add_solid(w, box_shape(Vec3(0.1)), {{0, 0.1 + 0.2 * i, 0}, kIdentity},
+                                Motion::dynamic, rough()));
+    Simulation sim = Simulation::copy_of(w, {h});
+    for (int i = 0; i < std::lround(3 / h); ++i) REQUIRE(sim.step().status == Status::ok);
+    for (std::size_t i = 0; i < tower.size(); ++i) {
+      INFO(h << " " << i);
+      const Vec3 at = sim.world.bodies[tower[i]].pose.position;
+      CHECK(std::abs(at.x - 0.3) < 0.02);
+      CHECK(std::abs(at.y - (0.1 + 0.2 * static_cast<Real>(i))) < 4e-4);
+    }
+  }
+}
+
 TEST_CASE("what leans beyond its base falls, and what is on too steep a slope slides") {
   Structure leaning(0.2);
   for (int i = 0; i < 6; ++i) leaning.add({0.05 * i, 0.1 + 0.2 * i, 0}, Vec3(0.1));

@@ -26,6 +26,8 @@ namespace {
 
 /// Sizes of a body: contacts that slide farther in a step than this are left to substeps.
 constexpr Real kSlides = 2e-3;
+/// m/s: bodies that glide strike others if points close faster.
+constexpr Real kStrikes = 0.1;
 /// Corrections of lifts, at most, in short steps and in others; their tolerance, and that of the
 /// last one, as fractions of the speed that weight gives in a step, or of the sliding.
 constexpr int kLiftings = 12, kFewLiftings = 3;
@@ -136,7 +138,7 @@ bool begin_contacts(const Group& g, const GroupPart& part) {
     r.near = c.gap < 2 * h * std::max(kRestSpeed, closes);
     if (!r.near) continue;
     const Real comes = -speed_of(g, c, &RestBody::motion).x;
-    if ((glides && comes > kRestSpeed) || (c.restitution > 0 && comes > kLeastBlow)) return false;
+    if ((glides && comes > kStrikes) || (c.restitution > 0 && comes > kLeastBlow)) return false;
     g.resting[c.a].touches = true;
     if (c.b < g.resting.size()) g.resting[c.b].touches = true;
     if (c.gap < -kDeep * c.shallow) return false;
