@@ -224,3 +224,26 @@ TEST_CASE("no body that moves is in two pairs of a colour") {
   CHECK(most > 30);
   CHECK(colours > 2);
 }
+
+TEST_CASE("threads share the pairs of a colour, with the bits of one thread") {
+  Standing field;
+  for (int i = 0; i < 14; ++i)
+    for (int k = 0; k < 14; ++k)
+      field.add({0.19 * i, 0.12 + 0.03 * (i % 3), 0.19 * k}, {0.1, 0.1, 0.09}, 500,
+                from_rotation_vector({0.02 * k, 0.1 * i, 0}));
+  StepSettings two;
+  two.threads = 2;
+  Simulation one = Simulation::copy_of(field.world, {}),
+             other = Simulation::copy_of(field.world, two);
+  std::size_t most = 0;
+  for (int i = 0; i < 40; ++i) {
+    REQUIRE(one.step().status == Status::ok);
+    other.step();
+    REQUIRE(state_hash(one.world) == state_hash(other.world));
+    const GroupScratch& r = one.world.memory.of<Islands>().groups;
+    std::size_t first = 0;  // batches of the first colour
+    for (const PairBatch& b : r.batches) first += b.count > 0 && b.colour == 0;
+    most = std::max(most, first);
+  }
+  CHECK(most >= 16);
+}

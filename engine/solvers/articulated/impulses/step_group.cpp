@@ -47,8 +47,10 @@ constexpr Real kLeftOpen = 1e-3;
 /// m/s: tolerances of sweeps over trees and lanes, for the change of a contact's speed. Colour by
 /// colour an impact passes from pair to pair only, in the order of pairs along a whole row.
 constexpr Real kEnoughAtImpact = 0.06, kEnoughAtFewPoints = 3e-3;
-constexpr int kSweepsInHaste = 2, kSweepsOfLanes = 4, kImpactSweepsOfTrees = 6,
-              kSweepsOfFewPoints = 24, kBlowSweepsOfTrees = 400, kSweepsOnCables = 50;
+constexpr std::size_t kManyToSweep = 96;
+constexpr int kSweepsInHaste = 2, kSweepsOfLanes = 4, kSweepsOfManyPairs = 2,
+              kImpactSweepsOfTrees = 6, kSweepsOfFewPoints = 24, kBlowSweepsOfTrees = 400,
+              kSweepsOnCables = 50;
 /// s: in shorter substeps the tolerance falls with the cube of their length, to keep symmetry.
 constexpr Real kSubstepOfFewPoints = 1 / 470.0;
 /// A contact with an impulse above kBlow times the previous one is an impact. A load moves no
@@ -242,6 +244,12 @@ void keep_energy(const Group& g, const Substep& s, Real before) {
   bound_energy(g, allowed());
 }
 
+/// Sweeps over free bodies without cables, at most.
+int sweeps_of_free(const Group& g, const Substep& s) {
+  if (g.laned.empty() || s.in_haste) return 1;
+  return g.pairs.size() > kManyToSweep ? kSweepsOfManyPairs : kSweepsOfLanes;
+}
+
 void take_substep(const Group& g, const Substep& s, Order order) {
   if (s.hard) return take_hard_substep(g, s, order);
   prepare_group(g, s);
@@ -270,7 +278,7 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   warm_start(g);
   Ending solved(g, s);
   const bool is_free = g.trees.empty() && g.ties.empty();
-  const int sweeps = is_free        ? (g.laned.empty() || s.in_haste ? 1 : kSweepsOfLanes)
+  const int sweeps = is_free        ? sweeps_of_free(g, s)
                      : s.in_haste   ? kSweepsInHaste
                      : s.strikes    ? kBlowSweepsOfTrees
                      : s.few_points ? s.most_sweeps
