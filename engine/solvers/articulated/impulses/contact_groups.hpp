@@ -440,9 +440,10 @@ void slow_bodies(const Group& g, Real now, Real before);
 /// Whether bodies, of which the first `free` are dynamic, hardly move in a step of h seconds. Light
 /// bodies with joints may, unless they are `touched`.
 bool is_calm(std::span<const GroupBody> bodies, std::size_t free, Real h);
+/// Whether a contact bears: it had an impulse in the last step, or nearly no gap.
+bool bears(const GroupContact& c);
 /// Whether bodies, of which the first `free` are dynamic, glide on one another: they do not turn,
 /// nor part from what bears them. Those that are borne are `touched`.
-bool bears(const GroupContact& c);
 bool may_glide(std::span<const GroupBody> bodies, std::span<const GroupContact> contacts,
                std::size_t free);
 /// What rest_group() found: the group rests; a body moves; it is not of this kind; a search found

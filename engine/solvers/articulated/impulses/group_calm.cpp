@@ -72,11 +72,6 @@ bool all_glide(std::span<const GroupBody> bodies, std::span<const GroupContact> 
 
 bool bears(const GroupContact& c) { return c.impulse.x > 0 || c.gap < kBears * c.shallow; }
 
-bool are_gliding(const Group& g) {
-  return all_glide(g.bodies, g.contacts, g.resting.size(),
-                   [&](std::uint32_t i) { return g.resting[i].motion; });
-}
-
 bool may_glide(std::span<const GroupBody> bodies, std::span<const GroupContact> contacts,
                std::size_t free) {
   const auto is_borne = [](const GroupBody& b) {
@@ -90,7 +85,9 @@ bool may_glide(std::span<const GroupBody> bodies, std::span<const GroupContact> 
 }
 
 bool are_calm(const Group& g, const GroupPart& part) {
-  if (may_glide_for(g, part.h)) return are_gliding(g);
+  if (may_glide_for(g, part.h))
+    return all_glide(g.bodies, g.contacts, g.resting.size(),
+                     [&](std::uint32_t i) { return g.resting[i].motion; });
   Calmness calm(g.bodies, g.resting.size(), part.h);
   for (std::size_t i = 0; i < g.resting.size(); ++i) {
     const RestBody& r = g.resting[i];

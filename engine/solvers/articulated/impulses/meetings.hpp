@@ -29,7 +29,7 @@ void join_islands(const World& world, GroupScratch& r, Real h);
 void join_touching(const World& world, std::span<const Contact> contacts, DisjointSets& sets);
 /// Whether one of the bodies of a contact sleeps, and the other one does not meet it in the step.
 bool is_idle(const World& world, const Contact& c);
-/// Whether the island's groups can be stepped by this solver.
+/// Whether this solver can step an island in a group.
 bool can_join(const Island& a);
 
 }  // namespace pantin::detail::articulated

@@ -47,6 +47,8 @@ constexpr Real kLeftOpen = 1e-3;
 /// m/s: tolerances of sweeps over trees and lanes, for the change of a contact's speed. Colour by
 /// colour an impact passes from pair to pair only, in the order of pairs along a whole row.
 constexpr Real kEnoughAtImpact = 0.06, kEnoughAtFewPoints = 3e-3;
+/// Pairs of a group above which it is swept less often: a large pile always has an impact
+/// somewhere.
 constexpr std::size_t kManyToSweep = 96;
 constexpr int kSweepsInHaste = 2, kSweepsOfLanes = 4, kSweepsOfManyPairs = 2,
               kImpactSweepsOfTrees = 6, kSweepsOfFewPoints = 24, kBlowSweepsOfTrees = 400,
