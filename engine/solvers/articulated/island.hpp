@@ -134,6 +134,7 @@ struct TieScratch {
   std::vector<ConservingNode> conserving_nodes;  // likewise
   Real tie_yield = 0;  // compliance of rigid ties, relative: see begin_ties()
   std::vector<Real> tie_blocks, tie_factors;                // see ConservingTies
+  std::vector<std::uint8_t> tie_grounded;                   // likewise
   std::vector<Vec3> tie_impulses, tie_torques, tie_joints;  // a body each
   std::vector<CableRow> cable_rows;                         // a cable each
   std::vector<Vec3> velocities_before;                      // 2 a body, for impacts of cables

@@ -65,8 +65,9 @@ enum BlockPart : std::size_t {
 /// loops, pins, cables. Their own unknowns are solved for outside the kernels.
 struct ConservingTies {
   void* context;
-  const double* blocks;  // kTieBlock a body
-  double* factors;       // kTieFactor a body
+  const double* blocks;          // kTieBlock a body
+  const std::uint8_t* grounded;  // a body: whether a tie leads from it to the world
+  double* factors;               // kTieFactor a body
   /// Before an elimination: fills `blocks` at the iterate.
   void (*load)(void* context);
   /// After it: adds the response to the ties to kMove, kTurnBy and the impulses at the joints.
@@ -133,6 +134,7 @@ struct LaneTies {
     std::uint32_t a, b;         // columns; a: UINT32_MAX for the world
     std::uint32_t path, count;  // its path to the roots
     bool stretches;
+    bool is_chain;  // on its path each body is the parent of the one before
   };
   std::size_t count;
   const Tie* ties;
@@ -141,7 +143,12 @@ struct LaneTies {
   /// The steps of all paths, sorted by column (bodies, then displacements of free roots): those of
   /// a column start at column_starts[column]. The position of each step among them, and its cable.
   const std::uint32_t *column_starts, *positions, *tie_at;
+  const std::uint8_t* grounded;  // as in ConservingTies
 };
+/// Numbers of rows, of steps and of places that a batch of islands of `bodies` needs.
+inline std::size_t lane_tie_rows(const LaneTies& ties, std::size_t bodies) {
+  return 2 * (ties.count + ties.steps + bodies);
+}
 /// State of an inextensible cable in a lane, as a number of its table.
 inline constexpr double kSlackTie = 0, kTautTie = 1, kStrikingTie = 2;
 
@@ -175,7 +182,7 @@ struct ConservingLanes {
   const LaneIsland* islands;
   const LaneTies* ties;     // or null
   double* tie_table;        // of their cables, kLaneCableRows rows of Kernels::lanes each
-  std::uint32_t* tie_rows;  // one each
+  std::uint32_t* tie_rows;  // lane_tie_rows() numbers
   double* tie_gains;        // Kernels::lanes each
   double* memory;           // lane_numbers() numbers
   LaneOutcome* outcomes;    // one for each island

@@ -92,9 +92,19 @@ enum Node : std::size_t {
   kNodeSize = 24
 };
 
-/// Numbers of a body for ties (see ConservingTies): their contribution to its block, by rows of 3
-/// (derivative of the torque, impulse, torque), and the factors of its elimination.
-inline constexpr std::size_t kTieBlock = 15, kTieFactor = 18;
+/// Numbers of a body for ties (see ConservingTies): their contribution to its block, and the
+/// factors of its elimination. Matrices are stored by rows.
+enum TieBlock : std::size_t {
+  kTieTurn = 0,       // 9, derivative of the torque by the rotation
+  kTieImpulse = 9,    // 3
+  kTieTorque = 12,    // 3
+  kTieLoads = 15,     // so far: of all ties; the rest is of grounded ones, see grounded_block()
+  kTieTurnMove = 15,  // 9, derivative of the torque by the displacement of the own joint
+  kTieMoveTurn = 24,  // 9, of the impulse by the rotation
+  kTieMoveMove = 33,  // 9, of the impulse by the displacement
+  kTieBlock = 42
+};
+inline constexpr std::size_t kTieFactor = 18;
 
 /// Rows of a cable in a batch of islands (ConservingLanes): numbers of ConservingTie.
 enum LaneCableRow : std::size_t {
@@ -123,6 +133,7 @@ enum LaneCableRow : std::size_t {
   kCableResponse,
   kCableKind,      // kSlackTie, kTautTie or kStrikingTie
   kCableFollowed,  // 1: see CableRow, else 0
+  kCableGrounded,  // 1: see ConservingTie, else 0
   kCableActs,      // 1: has a row, else 0
   kLaneCableRows
 };

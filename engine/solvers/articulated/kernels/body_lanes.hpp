@@ -142,6 +142,7 @@ class BodyLanes {
 
   bool has_ties() const { return in.ties; }
   INLINE const double* tie_block(std::size_t i) const { return in.ties->blocks + kTieBlock * i; }
+  INLINE bool is_grounded(std::size_t i) const { return in.ties->grounded[i] != 0; }
   INLINE double* tie_factor(std::size_t i) const { return in.ties->factors + kTieFactor * i; }
   void load_ties() const { in.ties->load(in.ties->context); }
   void correct_ties(bool (&fails)[1]) const { fails[0] = !in.ties->correct(in.ties->context); }

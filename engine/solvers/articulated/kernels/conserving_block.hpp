@@ -148,14 +148,25 @@ INLINE Rows<N> eliminate(const ConservingBlock<N>& b, const Inverse<N>& inverse,
   return mass;
 }
 
-/// Adds the ties of a body to its block (kTieBlock numbers), for displacements only.
 template <class N>
-INLINE void add_ties(ConservingBlock<N>& b, const double* t) {
+INLINE void add_rows(Rows<N>& to, const double* t) {
   const auto row = [&](std::size_t i) {
     return row_of(get<N>(t, i), get<N>(t, i + 1), get<N>(t, i + 2), N{});
   };
-  b.tt.x += row(0), b.tt.y += row(3), b.tt.z += row(6);
-  const Vec<N> impulse = get_vec<N>(t, 9), torque = get_vec<N>(t, 12);
+  to.x += row(0), to.y += row(3), to.z += row(6);
+}
+/// Adds the derivatives of grounded ties: see grounded_block().
+template <class N>
+INLINE void add_grounded(ConservingBlock<N>& b, const double* t) {
+  constexpr std::size_t wide = kNumbersIn<N>;
+  add_rows(b.ty, t + kTieTurnMove * wide), add_rows(b.yt, t + kTieMoveTurn * wide);
+  add_rows(b.yy, t + kTieMoveMove * wide);
+}
+/// Adds the ties of a body to its block (kTieBlock numbers), for displacements only.
+template <class N>
+INLINE void add_ties(ConservingBlock<N>& b, const double* t) {
+  add_rows(b.tt, t);
+  const Vec<N> impulse = get_vec<N>(t, kTieImpulse), torque = get_vec<N>(t, kTieTorque);
   b.ty.x[3] -= torque.x, b.ty.y[3] -= torque.y, b.ty.z[3] -= torque.z;
   b.impulse = b.impulse + impulse, b.torque = b.torque + torque;
 }

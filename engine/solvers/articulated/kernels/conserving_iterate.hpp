@@ -166,7 +166,10 @@ struct ConservingIterate {
       for (; c != kNoChild; c = sibling_of(lanes.p, c))
         add_child<unknown>(b, Rows<N>::from(lanes.node(c), kArticulatedMass),
                            vec<N>(memory(c), kLambda), work(c));
-      if (unknown == Unknown::displacement && lanes.has_ties()) add_ties(b, lanes.tie_block(i));
+      if (unknown == Unknown::displacement && lanes.has_ties()) {
+        add_ties(b, lanes.tie_block(i));
+        if (lanes.is_grounded(i)) add_grounded(b, lanes.tie_block(i));
+      }
       impulse = b.impulse;
       if (unknown == Unknown::displacement) settle(i, b);
       const Inverse<N> inverse(b.tt);

@@ -155,6 +155,7 @@ class IslandLanes {
 
   bool has_ties() const { return lanes_.ties; }
   INLINE const double* tie_block(std::size_t i) const { return tables_.tie_block_at(i); }
+  INLINE bool is_grounded(std::size_t i) const { return lanes_.ties->grounded[i] != 0; }
   INLINE double* tie_factor(std::size_t i) const { return tables_.tie_factor_at(i); }
   void load_ties() { cables_.load(); }
   void correct_ties(bool (&fails)[kIslands]) { cables_.correct(fails); }

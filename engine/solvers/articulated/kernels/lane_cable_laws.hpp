@@ -41,6 +41,7 @@ class LaneCableLaws {
   std::uint32_t& row(std::size_t r) const { return all_.tie_rows[r]; }
   std::uint32_t& row_of_tie(std::size_t n) const { return all_.tie_rows[count() + n]; }
   INLINE Mask taut(std::size_t n) const { return num<Lane>(at(n), kCableKind) == kTautTie; }
+  INLINE Mask grounded(std::size_t n) const { return num<Lane>(at(n), kCableGrounded) > 0.5; }
   bool strikes(std::size_t l) const {
     for (std::size_t n = 0; n < count(); ++n)
       if (kind(n, l) == kStrikingTie) return true;
@@ -120,8 +121,8 @@ class LaneCableLaws {
   void put_row(std::size_t n) {
     double* const k = at(n);
     const Lane turning = 0.5 * num<Lane>(k, kCableAcross) * num<Lane>(k, kCableResponse);
-    const Lane much =
-        choose(turning < all<Lane>(kSlight), all<Lane>(0), num<Lane>(k, kCableActs) * t_.running);
+    const Lane much = choose((turning < all<Lane>(kSlight)) | grounded(n), all<Lane>(0),
+                             num<Lane>(k, kCableActs) * t_.running);
     if (any(much > 0.5))
       for (std::size_t l = 0; l < kWide; ++l) alone_[l] = alone_[l] || much[l] > 0.5;
     const Vec<Lane> derivative[3] = {vec<Lane>(k, kCableDerivative),
@@ -147,6 +148,22 @@ class LaneCableLaws {
       set_vec(b, 3 * i, r);
     }
     set_vec(b, 9, get_vec<Lane>(b, 9) + impulse), set_vec(b, 12, get_vec<Lane>(b, 12) + torque);
+  }
+  /// Adds the derivative of the impulse of a grounded cable to its body's block.
+  INLINE void add_grounded(std::size_t n) {
+    const double* const k = at(n);
+    double* const b = t_.tie_block_at(tie(n).b);
+    Vec<Lane> columns[3];
+    for (std::size_t i = 0; i < 3; ++i)
+      columns[i] = num<Lane>(k, kCableGrounded) * vec<Lane>(k, kCableDerivative + 3 * i);
+    const GroundedBlock<Vec<Lane>> own =
+        grounded_block(columns, vec<Lane>(k, kCableMeanB), vec<Lane>(k, kCableEndB));
+    const auto add = [&](std::size_t to, const Vec<Lane>(&rows)[3]) {
+      for (std::size_t i = 0; i < 3; ++i)
+        set_vec(b, to + 3 * i, get_vec<Lane>(b, to + 3 * i) + rows[i]);
+    };
+    add(kTieTurn, own.tt), add(kTieTurnMove, own.ty);
+    add(kTieMoveTurn, own.yt), add(kTieMoveMove, own.yy);
   }
 
   const ConservingLanes& all_;

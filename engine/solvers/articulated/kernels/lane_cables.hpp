@@ -41,25 +41,43 @@ class LaneCables : public LaneResponse {
         const auto [mu, across] = load_of_taut(span_of(k), before);
         write(k + kCableAcross * kWide, across);
         put(k, kCableMu, t_.kept(chosen(taut(n), mu, before), before));
+        if (tie(n).a == kNoColumn) {
+          Vec<Lane> columns[3];
+          turn_taut(choose(taut(n), across, all<Lane>(0)), columns);
+          for (std::size_t i = 0; i < 3; ++i) put(k, kCableDerivative + 3 * i, columns[i]);
+        }
       }
       const Vec<Lane> mu = vec<Lane>(k, kCableMu);
       add_to_block(tie(n).b, mu, vec<Lane>(k, kCableMeanB), vec<Lane>(k, kCableEndB));
       if (tie(n).a != kNoColumn)
         add_to_block(tie(n).a, -1.0 * mu, vec<Lane>(k, kCableMeanA), vec<Lane>(k, kCableEndA));
+      else
+        add_grounded(n);
     }
   }
 
   /// After an elimination: solves for the impulses of the cables.
   void correct(bool (&fails)[kWide]) {
     for (std::size_t n = 0; n < count(); ++n) {
-      write(at(n) + kCableActs * kWide, ones(tie(n).stretches ? stretched(n) : taut(n)));
-      put_row(n);
+      const Mask acts = tie(n).stretches ? stretched(n) & ~grounded(n) : taut(n);
+      write(at(n) + kCableActs * kWide, ones(acts));
+      if (any(acts)) put_row(n);
     }
     const bool any = answer({LaneArms::mean, t_.running}, fails);
     for (std::size_t r = 0; any && r < rows_; ++r) {
       double* const k = at(row(r));
       const Vec<Lane> mu = vec<Lane>(k, kCableMu);
       put(k, kCableMu, t_.kept(mu + gain(r) * vec<Lane>(k, kCableDirection), mu));
+    }
+    for (std::size_t n = 0; n < count(); ++n) {
+      if (tie(n).a != kNoColumn) continue;
+      double* const k = at(n);
+      const Vec<Lane> derivative[3] = {vec<Lane>(k, kCableDerivative),
+                                       vec<Lane>(k, kCableDerivative + 3),
+                                       vec<Lane>(k, kCableDerivative + 6)};
+      const Vec<Lane> mu = vec<Lane>(k, kCableMu),
+                      now = mu + times_vector(derivative, change_of(n));
+      put(k, kCableMu, t_.kept(chosen(grounded(n), now, mu), mu));
     }
     for (std::size_t l = 0; l < kWide; ++l)
       if (runs(l) && !fails[l] && tautened_[l] && island(l).is_hit_early(island(l).context))

@@ -32,7 +32,7 @@ class LaneResponse : public LaneCableLaws {
       impulses = memory.take(3 * bodies), torques = memory.take(3 * bodies);
       joints = memory.take(3 * bodies), passing = memory.take(kPassingRows * ties.longest);
       asked = memory.take(3 * ties.steps), turns = memory.take(3 * ties.steps),
-      matrix = memory.take(ties.count * (ties.count + 1));
+      matrix = memory.take(ties.count * ties.count);
     }
     Room() = default;
   };
@@ -64,51 +64,91 @@ class LaneResponse : public LaneCableLaws {
     return vec<Lane>(t_.work_at(c), arms == LaneArms::mean ? kMeanReach : kEndReach);
   }
 
+  /// What a cable's row passes on along its path: see TiePassing.
+  struct Passed {
+    Vec<Lane> impulse, torque, by_move, by_turn;
+    INLINE void add(const Passed& o) {
+      impulse = impulse + o.impulse, torque = torque + o.torque;
+      by_move = by_move + o.by_move, by_turn = by_turn + o.by_turn;
+    }
+  };
+  /// Rows of a cable's end after those of end a.
+  enum class End : std::size_t { a = 0, b = 3 };
+  static INLINE Passed passed_at(const double* k, End on_end, LaneArms arms) {
+    const auto side = static_cast<std::size_t>(on_end);
+    const double sign = on_end == End::b ? 1 : -1;
+    const Vec<Lane> end = vec<Lane>(k, kCableEndA + side);
+    const Vec<Lane> on = arms == LaneArms::mean ? vec<Lane>(k, kCableMeanA + side) : end;
+    const Vec<Lane> impulse = -sign * vec<Lane>(k, kCableDirection),
+                    asked = sign * vec<Lane>(k, kCableBy);
+    return {impulse, cross(on, impulse), asked, cross(end, asked)};
+  }
+  /// Writes the shares at a step of a path. False at the end of the path; else `sum` becomes what
+  /// is passed on.
+  INLINE bool share(std::size_t step, LaneArms arms, Passed& sum) const {
+    const TiePathStep& at = all_.ties->paths[step];
+    const std::size_t c = at.column;
+    double* const turned = room_.turns + 3 * kWide * place_of(step);
+    if (c >= t_.count) {  // the displacement of a free root
+      set_vec(turned, 0, mul(inverse(force_y(c - t_.count)), sum.impulse));
+      set_vec(room_.asked, 3 * step, sum.by_move);
+      return false;
+    }
+    const Vec<Lane> turn = mul(compliance(c), sum.torque), by_turn = sum.by_turn;
+    set_vec(turned, 0, turn), set_vec(room_.asked, 3 * step, by_turn);
+    if (at.parent == kNoColumn) return false;
+    sum.impulse = sum.impulse - mul(crossing(c), turn);
+    sum.by_move = sum.by_move - mul(by_turn, minus_turn_y(c));
+    if (all_.islands[0].view.parents[c] < 0) {
+      sum.torque = sum.by_turn = Vec<Lane>{};
+      return true;
+    }
+    sum.torque = cross(reach(c, arms), sum.impulse);
+    sum.by_turn = cross(vec<Lane>(t_.work_at(c), kEndReach), sum.by_move);
+    return true;
+  }
+  /// The shares on a path on which each body is the parent of the one before.
+  void fill_chain(std::size_t n, LaneArms arms) const {
+    const double* const k = at(n);
+    const LaneTies::Tie& own = tie(n);
+    Passed sum{};
+    for (std::size_t step = own.path; step < own.path + own.count; ++step) {
+      const std::uint32_t c = all_.ties->paths[step].column;
+      if (c == own.b) sum.add(passed_at(k, End::b, arms));
+      if (c == own.a) sum.add(passed_at(k, End::a, arms));
+      if (!share(step, arms, sum)) return;
+    }
+  }
   /// Fills the shares of a cable's row on its path: see TieShare.
   void fill_shares(std::size_t n, LaneArms arms) const {
     const double* const k = at(n);
     const TiePathStep* const path = all_.ties->paths + tie(n).path;
     const std::size_t steps = tie(n).count;
+    if (tie(n).is_chain) return fill_chain(n, arms);
     const auto passing = [&](std::size_t i) { return room_.passing + kPassingRows * kWide * i; };
     for (std::size_t i = 0; i < kPassingRows * steps; ++i)
       store(room_.passing + i * kWide, all<Lane>(0));
     const auto add = [&](double* to, std::size_t i, Vec<Lane> v) {
       set_vec(to, i, get_vec<Lane>(to, i) + v);
     };
-    const auto begin = [&](std::uint32_t c, std::size_t side, double sign) {
+    const auto begin = [&](std::uint32_t c, End on_end) {
       std::size_t i = 0;
       while (path[i].column != c) ++i;
-      const Vec<Lane> end = vec<Lane>(k, kCableEndA + side);
-      const Vec<Lane> on = arms == LaneArms::mean ? vec<Lane>(k, kCableMeanA + side) : end;
-      const Vec<Lane> impulse = -sign * vec<Lane>(k, kCableDirection),
-                      asked = sign * vec<Lane>(k, kCableBy);
+      const Passed at_end = passed_at(k, on_end, arms);
       double* const to = passing(i);
-      add(to, kPassedImpulse, impulse), add(to, kPassedTorque, cross(on, impulse));
-      add(to, kPassedByMove, asked), add(to, kPassedByTurn, cross(end, asked));
+      add(to, kPassedImpulse, at_end.impulse), add(to, kPassedTorque, at_end.torque);
+      add(to, kPassedByMove, at_end.by_move), add(to, kPassedByTurn, at_end.by_turn);
     };
-    begin(tie(n).b, 3, 1);
-    if (tie(n).a != kNoColumn) begin(tie(n).a, 0, -1);
+    begin(tie(n).b, End::b);
+    if (tie(n).a != kNoColumn) begin(tie(n).a, End::a);
     for (std::size_t i = 0; i < steps; ++i) {
-      const std::size_t c = path[i].column;
-      const double* const own = passing(i);
-      const std::size_t on_path = tie(n).path + i;
-      double* const turned = room_.turns + 3 * kWide * all_.ties->positions[on_path];
-      if (c >= t_.count) {  // the displacement of a free root
-        set_vec(turned, 0, mul(inverse(force_y(c - t_.count)), get_vec<Lane>(own, kPassedImpulse)));
-        set_vec(room_.asked, 3 * on_path, get_vec<Lane>(own, kPassedByMove));
-        continue;
-      }
-      const Vec<Lane> turn = mul(compliance(c), get_vec<Lane>(own, kPassedTorque));
-      const Vec<Lane> by_turn = get_vec<Lane>(own, kPassedByTurn);
-      set_vec(turned, 0, turn), set_vec(room_.asked, 3 * on_path, by_turn);
-      if (path[i].parent == kNoColumn) continue;
+      double* const own = passing(i);
+      Passed sum{get_vec<Lane>(own, kPassedImpulse), get_vec<Lane>(own, kPassedTorque),
+                 get_vec<Lane>(own, kPassedByMove), get_vec<Lane>(own, kPassedByTurn)};
+      if (!share(tie(n).path + i, arms, sum)) continue;
       double* const p = passing(path[i].parent);
-      const Vec<Lane> impulse = get_vec<Lane>(own, kPassedImpulse) - mul(crossing(c), turn);
-      const Vec<Lane> by_move = get_vec<Lane>(own, kPassedByMove) - mul(by_turn, minus_turn_y(c));
-      add(p, kPassedImpulse, impulse), add(p, kPassedByMove, by_move);
-      if (all_.islands[0].view.parents[c] < 0) continue;
-      add(p, kPassedTorque, cross(reach(c, arms), impulse));
-      add(p, kPassedByTurn, cross(vec<Lane>(t_.work_at(c), kEndReach), by_move));
+      add(p, kPassedImpulse, sum.impulse), add(p, kPassedByMove, sum.by_move);
+      add(p, kPassedTorque, sum.torque), add(p, kPassedByTurn, sum.by_turn);
     }
   }
   static INLINE Matrix inverse(const Matrix& m) {
@@ -126,33 +166,49 @@ class LaneResponse : public LaneCableLaws {
             {e02 * per, -(e12 * per), e22 * per}};
   }
 
+  /// Lists the steps of active cables column by column: their rows, and where their rotations are
+  /// stored.
+  void list_steps() {
+    const LaneTies& ties = *all_.ties;
+    for (std::size_t c = 0; c < 2 * t_.count; ++c) {
+      std::uint32_t next = ties.column_starts[c];
+      for (std::size_t k = next, end = ties.column_starts[c + 1]; k < end; ++k) {
+        const std::uint32_t r = row_of_tie(ties.tie_at[k]);
+        if (r == kNoColumn) continue;
+        row_at(next) = r, all_.tie_rows[2 * count() + ties.steps + k] = next++;
+      }
+      end_of(c) = next;
+    }
+  }
+  std::uint32_t& row_at(std::size_t place) const { return all_.tie_rows[2 * count() + place]; }
+  std::size_t place_of(std::size_t step) const {
+    return all_.tie_rows[2 * count() + all_.ties->steps + all_.ties->positions[step]];
+  }
+  std::uint32_t& end_of(std::size_t column) const {
+    return all_.tie_rows[2 * count() + 2 * all_.ties->steps + column];
+  }
   /// Fills the matrix of the cables' rows.
   void fill_matrix(LaneArms arms) {
+    list_steps();
     for (std::size_t r = 0; r < rows_; ++r) fill_shares(row(r), arms);
     const LaneTies& ties = *all_.ties;
-    std::uint32_t* const rows = all_.tie_rows + 2 * count();
-    // The response to inactive cables goes to an extra column.
-    for (std::size_t k = 0; k < ties.steps; ++k) {
-      const std::uint32_t s = row_of_tie(ties.tie_at[k]);
-      rows[k] = s == kNoColumn ? static_cast<std::uint32_t>(rows_) : s;
-    }
     for (std::size_t r = 0; r < rows_; ++r) {
       double* const to = matrix_at(r, 0);
-      for (std::size_t s = 0; s <= rows_; ++s) store(to + kWide * s, all<Lane>(0));
+      for (std::size_t s = 0; s < rows_; ++s) store(to + kWide * s, all<Lane>(0));
       const LaneTies::Tie& own = tie(row(r));
       for (std::size_t i = own.path; i < own.path + own.count; ++i) {
         const Vec<Lane> ask = get_vec<Lane>(room_.asked, 3 * i);
-        const std::uint32_t* const from = ties.column_starts + ties.paths[i].column;
-        const double* turn = room_.turns + 3 * kWide * from[0];
-        for (std::size_t k = from[0], end = from[1]; k < end; ++k, turn += 3 * kWide) {
-          double* const at = to + kWide * rows[k];
+        const std::size_t c = ties.paths[i].column, first = ties.column_starts[c];
+        const double* turn = room_.turns + 3 * kWide * first;
+        for (std::size_t k = first, end = end_of(c); k < end; ++k, turn += 3 * kWide) {
+          double* const at = to + kWide * row_at(k);
           store(at, read<Lane>(at) + dot(ask, get_vec<Lane>(turn, 0)));
         }
       }
     }
   }
   double* matrix_at(std::size_t r, std::size_t s) const {
-    return room_.matrix + kWide * (r * (rows_ + 1) + s);
+    return room_.matrix + kWide * (r * rows_ + s);
   }
   double* gain_at(std::size_t r) const { return all_.tie_gains + kWide * r; }
   Lane gain(std::size_t r) const { return read<Lane>(gain_at(r)); }
@@ -232,7 +288,7 @@ class LaneResponse : public LaneCableLaws {
       const Lane right = choose(own, num<Lane>(at(row(r)), kCableRight), all<Lane>(0));
       store(gain_at(r), right * by);
     }
-    const std::size_t n = rows_, stride = kWide * (n + 1);
+    const std::size_t n = rows_, stride = kWide * n;
     double *const m = room_.matrix, *const x = all_.tie_gains;
     for (std::size_t k = 0; k < n; ++k) {
       const double* const above = m + k * stride;

@@ -18,9 +18,13 @@ constexpr Real kClosedGap = 1e-5;
 /// Least multiplier of a taut cable, as a fraction of the island's mass times its size.
 constexpr Real kLeast = 1e-30;
 
+/// Largest stiffness of a grounded tie, relative to the inertia of its body over the substep: the
+/// inverse of a stiffer block would lose the body's own inertia to rounding.
+constexpr Real kGroundedStiffness = 1e4;
+
 /// Resets a tie at the start of a substep; arms and impulse are computed anew.
 void forget(ConservingTie& t) {
-  t.open = t.was_taut = t.followed = t.strikes = false;
+  t.open = t.was_taut = t.followed = t.strikes = t.grounded = false;
   t.a = t.cable = kNobody;
   t.stiffness = t.damping = t.across = t.length = t.rate = t.softness = t.response = 0;
   t.mu = Vec3(0);
@@ -55,6 +59,16 @@ struct CablePart {
   Real gap;
 };
 
+/// Decides whether a tie's stiffness is part of its body's block in a substep of h.
+void ground(const Island& a, ConservingTie& t, Real h) {
+  if (t.a != kNobody || t.kind == TieKind::rigid) return;
+  const Real mass = a.constants.at(kMass, t.b);
+  const Real along = 0.25 * h * h * t.stiffness + 0.5 * h * t.damping;
+  t.grounded = along <= kGroundedStiffness * mass;
+  const bool is_elastic = t.stiffness > 0 || t.damping > 0;
+  if (t.grounded && is_elastic) t.response = h / mass;
+}
+
 /// Completes a tie for a substep.
 void begin_tie(const World& world, const Island& a, ConservingTie& t, const PlaceInStep& fixed) {
   const auto& [place, part, gap] = fixed;
@@ -72,6 +86,7 @@ void begin_tie(const World& world, const Island& a, ConservingTie& t, const Plac
   t.before = start(t.b, t.anchor_b, t.start_b) -
              (t.a != kNobody ? start(t.a, t.anchor_a, t.start_a) : place.before + begin * way) +
              (1 - begin) * gap;
+  ground(a, t, (part.end - begin) * part.whole);
   t.open = t.kind == TieKind::rigid && glm::length(t.before) > kClosedGap * a.size;
   t.still = t.still && !t.open;
 }

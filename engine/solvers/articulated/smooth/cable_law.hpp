@@ -124,6 +124,35 @@ template <class V>
 PANTIN_INLINE V times_columns(const V& v, const V (&columns)[3]) {
   return V{dot(v, columns[0]), dot(v, columns[1]), dot(v, columns[2])};
 }
+/// A matrix of columns times a vector.
+template <class V>
+PANTIN_INLINE V times_vector(const V (&columns)[3], const V& v) {
+  return v.x * columns[0] + v.y * columns[1] + v.z * columns[2];
+}
+/// The derivative of a taut cable's impulse by d at a given tension, by columns: see
+/// load_of_taut().
+template <class V, class S>
+PANTIN_INLINE void turn_taut(S across, V (&columns)[3]) {
+  const S none = S{}, own = choose(across > none, 0.5 * across, none);
+  columns[0] = V{own, none, none}, columns[1] = V{none, own, none}, columns[2] = V{none, none, own};
+}
+/// Contribution of a grounded tie to the block of its body, by rows: that of a massless child at
+/// the tie's end with an articulated mass, the derivative of the tie's impulse by d.
+template <class V>
+struct GroundedBlock {
+  V tt[3], ty[3], yt[3], yy[3];
+};
+template <class V>
+PANTIN_INLINE GroundedBlock<V> grounded_block(const V (&d)[3], const V& mean, const V& end) {
+  GroundedBlock<V> b{
+      {}, {}, {}, {{d[0].x, d[1].x, d[2].x}, {d[0].y, d[1].y, d[2].y}, {d[0].z, d[1].z, d[2].z}}};
+  const V columns[3] = {cross(mean, d[0]), cross(mean, d[1]), cross(mean, d[2])};
+  b.ty[0] = V{columns[0].x, columns[1].x, columns[2].x};
+  b.ty[1] = V{columns[0].y, columns[1].y, columns[2].y};
+  b.ty[2] = V{columns[0].z, columns[1].z, columns[2].z};
+  for (int i = 0; i < 3; ++i) b.yt[i] = cross(end, b.yy[i]), b.tt[i] = cross(end, b.ty[i]);
+  return b;
+}
 /// A stretched elastic cable: its impulse linearised in d by `derivative`.
 template <class V>
 PANTIN_INLINE auto equation_of_elastic(const CableSpan<V>& d, const V (&derivative)[3]) {

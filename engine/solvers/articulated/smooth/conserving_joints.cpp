@@ -64,9 +64,14 @@ void add_own(const Elimination& e) {
   if (moves) s.torque += torque, s.impulse += impulse;
 }
 
-void add_ties(const Real* t, ConservingSum& s) {
-  s.tt += rows_of(t, 3, 1);
-  const Vec3 impulse(t[9], t[10], t[11]), torque(t[12], t[13], t[14]);
+void add_ties(const Island& a, std::size_t c, ConservingSum& s) {
+  const Real* const t = &a.scratch.tie_blocks[kTieBlock * c];
+  s.tt += rows_of(t + kTieTurn, 3, 1);
+  if (a.scratch.tie_grounded[c])
+    s.ty += rows_of(t + kTieTurnMove, 3, 1), s.yt += rows_of(t + kTieMoveTurn, 3, 1),
+        s.yy += rows_of(t + kTieMoveMove, 3, 1);
+  const auto vec = [&](std::size_t i) { return Vec3(t[i], t[i + 1], t[i + 2]); };
+  const Vec3 impulse = vec(kTieImpulse), torque = vec(kTieTorque);
   s.by_torque -= torque, s.by_force -= impulse, s.torque += torque, s.impulse += impulse;
 }
 
@@ -185,7 +190,7 @@ void eliminate_all(const StiffStep& step, Unknown unknown) {
     const Elimination e{step, c, unknown, s, n};
     add_own(e);
     const bool moves = e.moves();
-    if (moves && !r.ties.empty()) add_ties(&r.tie_blocks[kTieBlock * c], s);
+    if (moves && !r.ties.empty()) add_ties(a, c, s);
     n.turning = s.tt, n.crossing = s.yt;
     Vec3 current(0);
     const bool is_free = a.parents[c] == kFree || !a.joints[c].stiff;

@@ -67,6 +67,9 @@ void load_taut(ConservingTie& t) {
   PANTIN_ASSERT(t.kind == TieKind::taut);
   const auto load = load_of_taut(CableSpan<Vec3>{t.before, t.now}, t.mu);
   t.mu = load.mu, t.across = load.across;
+  Vec3 columns[3];
+  turn_taut(t.across, columns);
+  t.derivative = Mat3(columns[0], columns[1], columns[2]);
 }
 
 /// Adds the impulse of a tie to the block of one of its bodies, like that of a massless child.
@@ -77,6 +80,17 @@ void add_to_block(Real* block, Vec3 impulse, Vec3 mean, Vec3 end) {
     block[4 * i] -= glm::dot(f, end);
     block[9 + i] += impulse[i], block[12 + i] += torque[i];
   }
+}
+/// Adds the derivative of the impulse of a grounded tie to its body's block.
+void add_grounded(const ConservingTie& t, Real* block) {
+  const Vec3 columns[3] = {t.derivative[0], t.derivative[1], t.derivative[2]};
+  const GroundedBlock<Vec3> own = grounded_block(columns, t.mean_b, t.end_b);
+  const auto add = [&](std::size_t at, const Vec3(&rows)[3]) {
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) block[at + static_cast<std::size_t>(3 * i + j)] += rows[i][j];
+  };
+  add(kTieTurn, own.tt), add(kTieTurnMove, own.ty);
+  add(kTieMoveTurn, own.yt), add(kTieMoveMove, own.yy);
 }
 
 void load(void* context) {
@@ -101,7 +115,10 @@ void load(void* context) {
     if (t.kind == TieKind::spring) load_spring(t, s.h);
     if (t.kind == TieKind::cable) load_cable(t, s.h);
     if (t.kind == TieKind::taut) load_taut(t);
-    add_to_block(&r.tie_blocks[kTieBlock * t.b], t.mu, t.mean_b, t.end_b);
+    if (t.kind == TieKind::slack) t.derivative = Mat3(0);
+    Real* const block = &r.tie_blocks[kTieBlock * t.b];
+    add_to_block(block, t.mu, t.mean_b, t.end_b);
+    if (t.grounded) add_grounded(t, block);
     if (t.a != kNobody) add_to_block(&r.tie_blocks[kTieBlock * t.a], -t.mu, t.mean_a, t.end_a);
   }
 }
@@ -189,7 +206,9 @@ void add_joint_impulses(Island& a, Real share) {
     a.memory.set(kLambda, c, a.memory.vec(kLambda, c) + share * a.scratch.tie_joints[c]);
 }
 
-bool turns_slightly(const ConservingTie& t) { return 0.5 * t.across * t.response < kSlight; }
+bool turns_slightly(const ConservingTie& t) {
+  return t.grounded || 0.5 * t.across * t.response < kSlight;
+}
 
 TieRows one_row(const CableEquation<Vec3, Real>& e) {
   return one_row(e.by, e.direction, e.right, e.own);
@@ -229,7 +248,7 @@ bool correct(void* context) {
   const TiedStep& s = *static_cast<const TiedStep*>(context);
   const auto rows_of = [&](const ConservingTie& t) {
     if (t.kind == TieKind::taut) return taut_rows(s, t);
-    if (t.kind == TieKind::slack) return TieRows{0};
+    if (t.kind == TieKind::slack || t.grounded) return TieRows{0};
     if (t.kind == TieKind::cable) return elastic_rows(t);
     return t.kind == TieKind::rigid
                ? TieRows{3, Mat3(1), t.softness * t.mu - t.now, Mat3(t.softness)}
@@ -237,6 +256,8 @@ bool correct(void* context) {
   };
   if (!solve_ties(s, Arms::mean, rows_of, [](ConservingTie& t, Vec3 mu) { t.mu += mu; }))
     return false;
+  for (ConservingTie& t : s.a.scratch.ties)
+    if (t.grounded) t.mu += t.derivative * change_of(s.a, t);
   if (s.with.tautened && is_hit_early(s)) return false;
   if (has_tie_rows(s.a.scratch)) add_joint_impulses(s.a, 1);
   return true;
@@ -386,6 +407,7 @@ bool conserve_tied(World& world, Island& a, ConservingInput in, TiedPart& with) 
   TiedStep step{world, a, in.h, with};
   const ConservingTies ties{&step,
                             r.tie_blocks.data(),
+                            r.tie_grounded.data(),
                             r.tie_factors.data(),
                             load,
                             correct,

@@ -3,8 +3,11 @@
 // the same bits whatever the other lanes hold, and as when the island is stepped alone.
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <numeric>
 #include <optional>
 #include <span>
+#include <tuple>
 
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
@@ -67,7 +70,7 @@ struct LaneRoom {
     grow(numbers, kernels().lane_numbers(a.count(), a.trees.size(), of));
     if (!of) return;
     grow(table, kLaneCableRows * wide * of->count), grow(gains, wide * of->count);
-    grow(rows, 2 * of->count + of->steps);
+    grow(rows, lane_tie_rows(*of, a.count()));
     for (std::vector<CableRow>& own : cable_rows) grow(own, of->count);
   }
 
@@ -115,7 +118,7 @@ void write_ties(const Lane& lane) {
     lane.set(n, kCableAcross, Real(0)), lane.set(n, kCableSoftness, t.softness);
     lane.set(n, kCableResponse, t.response);
     lane.set(n, kCableKind, t.kind == TieKind::slack ? kSlackTie : kTautTie);
-    lane.set(n, kCableFollowed, Real(t.followed));
+    lane.set(n, kCableFollowed, Real(t.followed)), lane.set(n, kCableGrounded, Real(t.grounded));
   }
 }
 /// Reads the states of cables back from the lane; write_kinds() writes kinds to the lane.
@@ -184,9 +187,9 @@ void take_parts_together(World& world, CrowdScratch& crowd, std::span<const std:
   Island& first = *step(0).island;
   const CrowdShape& shape = crowd.shapes[step(0).shape];
   const StepScratch& r = first.scratch;
-  const LaneTies ties{shape.ties.size(),      shape.ties.data(),  r.tie_paths.data(),
-                      r.tie_paths.size(),     shape.longest,      shape.column_starts.data(),
-                      shape.positions.data(), shape.tie_at.data()};
+  const LaneTies ties{shape.ties.size(),      shape.ties.data(),   r.tie_paths.data(),
+                      r.tie_paths.size(),     shape.longest,       shape.column_starts.data(),
+                      shape.positions.data(), shape.tie_at.data(), r.tie_grounded.data()};
   const LaneTies* const tied = first.cables.empty() ? nullptr : &ties;
   room.fit(first, tied);
   std::array<ConservingInput, kMostAbreast> inputs;
@@ -219,6 +222,12 @@ void take_parts_together(World& world, CrowdScratch& crowd, std::span<const std:
   }
 }
 
+bool is_chain(const std::vector<TiePathStep>& paths, std::uint32_t first, std::uint32_t count) {
+  for (std::uint32_t k = 0; k + 1 < count; ++k)
+    if (paths[first + k].parent != k + 1) return false;
+  return true;
+}
+
 /// The structure of an island's cables: their ends, their paths, and the paths through each body.
 void find_shape(const World& world, const Island& a, CrowdShape& shape) {
   const StepScratch& r = a.scratch;
@@ -229,7 +238,7 @@ void find_shape(const World& world, const Island& a, CrowdShape& shape) {
     shape.longest = std::max<std::size_t>(shape.longest, count);
     shape.ties.push_back({has_b ? cable.column_a : UINT32_MAX,
                           has_b ? cable.column_b : cable.column_a, first, count,
-                          stretches(world, a, i)});
+                          stretches(world, a, i), is_chain(r.tie_paths, first, count)});
   }
   shape.column_starts.assign(2 * a.count() + 1, 0);
   for (const TiePathStep& step : r.tie_paths) ++shape.column_starts[step.column + 1];
@@ -274,7 +283,7 @@ void find_crowds(const World& world, Islands& all) {
   }
   crowd.order = std::move(members);
   const std::size_t most = crowd.order.size();
-  crowd.steps.reserve(most), crowd.going.reserve(most), crowd.units.reserve(most);
+  crowd.steps.reserve(most), crowd.going.reserve(most);
 }
 
 void renumber_crowds(Islands& all, const Rebuild& rebuild) {
@@ -288,14 +297,72 @@ void renumber_crowds(Islands& all, const Rebuild& rebuild) {
 
 namespace {
 
+/// Islands that a thread steps from start to end before it takes others: few enough to stay in its
+/// cache, many enough to fill the lanes.
+constexpr std::size_t kBlock = 96;
+
+/// Steps of islands that no block has begun, for a budget.
+struct Waiting {
+  std::atomic<Real> weight;  // of one substep of each, and of the islands of no batch
+};
+
 /// Whether, after one more round, there would be no time for a substep of each unfinished step and
-/// of those after them.
-bool has_to_hurry(const Islands& all, const StepTask& task) {
-  if (!task.budget) return false;
-  Real going = 0, others = all.rates.weight;
-  for (const CrowdStep& s : all.crowd.steps) others -= weight_of(*s.island);
-  for (const std::uint32_t i : all.crowd.going) going += weight_of(*all.crowd.steps[i].island);
-  return is_late(all.rates, 2 * going + others);
+/// of those that wait.
+bool has_to_hurry(const Islands& all, const Waiting& waiting,
+                  std::span<const std::uint32_t> going) {
+  Real own = 0;
+  for (const std::uint32_t i : going) own += weight_of(*all.crowd.steps[i].island);
+  return is_late(all.rates, 2 * own + waiting.weight.load(std::memory_order_relaxed));
+}
+
+/// Which cables are taut: lanes whose cables are alike have fewer rows.
+std::uint64_t taut_cables(const Island& a) {
+  std::uint64_t set = 0;
+  for (std::size_t n = 0; n < a.cables.size(); ++n)
+    set ^= std::uint64_t{a.cables[n].lambda > 0} << (n % 64);
+  return set;
+}
+
+/// A block of steps from `first` on.
+struct Block {
+  std::size_t first, count;
+};
+
+/// Each round takes the next substep of every unfinished step of a block.
+void step_block(World& world, const StepTask& task, const Block& block, Waiting& waiting) {
+  Islands& all = world.memory.of<Islands>();
+  CrowdScratch& crowd = all.crowd;
+  const std::span<CrowdStep> steps = std::span(crowd.steps).subspan(block.first, block.count);
+  const std::span<std::uint32_t> going = std::span(crowd.going).subspan(block.first, block.count);
+  std::iota(going.begin(), going.end(), static_cast<std::uint32_t>(block.first));
+  for (CrowdStep& s : steps) {
+    s.parts = begin_parts(world, *s.island, s.island->step), s.taut = taut_cables(*s.island);
+    if (task.budget) waiting.weight.fetch_sub(weight_of(*s.island), std::memory_order_relaxed);
+  }
+  std::sort(going.begin(), going.end(), [&](std::uint32_t i, std::uint32_t j) {
+    const CrowdStep &a = crowd.steps[i], &b = crowd.steps[j];
+    return std::tie(a.shape, a.taut, i) < std::tie(b.shape, b.taut, j);
+  });
+  // Lanes have no reels, nor cables that are taken up.
+  const auto alone = [&](std::size_t i) { return crowd.steps[going[i]].parts.takes_up; };
+  bool hurries = false;
+  for (std::size_t left = going.size(); left > 0;) {
+    hurries = hurries || (task.budget && has_to_hurry(all, waiting, going.first(left)));
+    if (hurries)
+      for (const std::uint32_t i : going.first(left)) crowd.steps[i].parts.hurries = true;
+    for (std::size_t i = 0, end = 0; i < left; i = end) {
+      end = i + 1;
+      while (end < left && end - i < kernels().lanes && !alone(i) && !alone(end) &&
+             crowd.steps[going[i]].shape == crowd.steps[going[end]].shape)
+        ++end;
+      take_parts_together(world, crowd, going.subspan(i, end - i));
+    }
+    const auto ended = [&](std::uint32_t i) { return !crowd.steps[i].parts.goes_on(); };
+    left = static_cast<std::size_t>(
+        std::remove_if(going.begin(), going.begin() + static_cast<std::ptrdiff_t>(left), ended) -
+        going.begin());
+  }
+  for (CrowdStep& s : steps) end_parts(world, *s.island, s.parts, s.island->lost);
 }
 
 }  // namespace
@@ -320,39 +387,14 @@ void step_crowds(World& world, const StepTask& task) {
       fits = fits && ties[n].stretches == stretches(world, a, n) && !is_reeled(world, a.cables[n]);
     if (!fits) continue;
     a.in_crowd = true, forget_result(a);
-    crowd.steps.push_back({&a, shape, {}});
+    crowd.steps.push_back({&a, shape, 0, {}});
   }
-  for_each_island(crowd.steps.size(), task, [&](std::size_t i) {
-    crowd.steps[i].parts = begin_parts(world, *crowd.steps[i].island, crowd.steps[i].island->step);
-  });
-  // Each round takes the next substep of every unfinished step.
-  crowd.going.clear();
-  for (std::size_t i = 0; i < crowd.steps.size(); ++i)
-    crowd.going.push_back(static_cast<std::uint32_t>(i));
-  bool hurries = false;
-  // Lanes have no reels, nor cables that are taken up.
-  const auto alone = [&](std::size_t i) { return crowd.steps[crowd.going[i]].parts.takes_up; };
-  while (!crowd.going.empty()) {
-    hurries = hurries || has_to_hurry(all, task);
-    if (hurries)
-      for (const std::uint32_t i : crowd.going) crowd.steps[i].parts.hurries = true;
-    crowd.units.clear();
-    for (std::size_t i = 0, end = 0; i < crowd.going.size(); i = end) {
-      end = i + 1;
-      while (end < crowd.going.size() && end - i < kernels().lanes && !alone(i) && !alone(end) &&
-             crowd.steps[crowd.going[i]].shape == crowd.steps[crowd.going[end]].shape)
-        ++end;
-      crowd.units.push_back({i, end - i});
-    }
-    for_each_island(crowd.units.size(), task, [&](std::size_t u) {
-      const auto [first, count] = crowd.units[u];
-      take_parts_together(world, crowd, std::span(crowd.going).subspan(first, count));
-    });
-    std::erase_if(crowd.going, [&](std::uint32_t i) { return !crowd.steps[i].parts.goes_on(); });
-  }
-  for_each_island(crowd.steps.size(), task, [&](std::size_t i) {
-    Island& a = *crowd.steps[i].island;
-    end_parts(world, a, crowd.steps[i].parts, a.lost);
+  crowd.going.resize(crowd.steps.size());
+  Waiting waiting{0};
+  if (task.budget) waiting.weight = all.rates.weight;
+  for_each_island((crowd.steps.size() + kBlock - 1) / kBlock, task, [&](std::size_t i) {
+    const std::size_t first = i * kBlock;
+    step_block(world, task, {first, std::min(kBlock, crowd.steps.size() - first)}, waiting);
   });
 }
 

@@ -44,6 +44,7 @@ struct PartedStep {
 struct CrowdStep {
   Island* island;
   std::uint32_t shape;
+  std::uint64_t taut;  // which cables were, in the last step
   PartedStep parts;
 };
 /// The structure that the islands of a batch have in common.
@@ -56,17 +57,13 @@ struct CrowdScratch {
   struct Member {
     std::uint32_t island, shape;
   };
-  struct Unit {
-    std::size_t first, count;  // in `going`
-  };
   bool is_known = false;     // batches have been found since the last build
   std::size_t unsorted = 0;  // islands that came since, and could be in one
   std::vector<CrowdShape> shapes;
   std::vector<Member> order;           // islands of batches, batch by batch
   std::vector<std::uint8_t> is_awake;  // by island, in step_crowds()
   std::vector<CrowdStep> steps;
-  std::vector<std::uint32_t> going;  // indices of steps that are not finished
-  std::vector<Unit> units;           // each is vectorised
+  std::vector<std::uint32_t> going;  // indices of steps that are not finished, block by block
 };
 
 }  // namespace pantin::detail::articulated

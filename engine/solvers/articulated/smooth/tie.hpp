@@ -29,6 +29,8 @@ struct TiePlace {
   bool was_taut = false;                // an inextensible cable: at the start
   bool followed = false;                // likewise: see CableRow
   bool strikes = false;                 // likewise: takes part in the impact at the end
+  bool grounded = false;                // leads to the world: the derivative of its impulse is part
+                                        // of its body's block; no row, or only one for its length
   std::uint32_t a = UINT32_MAX, b = 0;  // columns; a: UINT32_MAX is the world
   std::uint32_t cable = UINT32_MAX;     // in Island::cables
   Vec3 anchor_a{0}, anchor_b{0};        // from the own joints, body frames

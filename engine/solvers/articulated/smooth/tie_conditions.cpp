@@ -69,6 +69,12 @@ void reserve_ties(Island& a) {
   const std::size_t rows = ties <= kMostTies ? 3 * ties : 0;
   r.ties.reserve(rows / 3), r.tie_sets.reserve(rows / 3);
   r.tie_blocks.assign(kTieBlock * n, 0), r.tie_factors.assign(kTieFactor * n, 0);
+  r.tie_grounded.assign(n, 0);
+  for (const PackedPin& pin : a.pins)
+    if (pin.partner == kNobody) r.tie_grounded[pin.column] = 1;
+  for (const PackedCable& k : a.cables)
+    if (k.column_a == kNobody || k.column_b == kNobody)
+      r.tie_grounded[k.column_a == kNobody ? k.column_b : k.column_a] = 1;
   r.tie_impulses.assign(n, Vec3(0)), r.tie_torques.assign(n, Vec3(0));
   r.tie_joints.assign(n, Vec3(0));
   if (rows > 0) reserve_tie_rows(a);
