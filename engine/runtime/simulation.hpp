@@ -48,7 +48,7 @@ struct StepSettings {
   /// joined to one another stay where they are for up to three steps and then take one for all the
   /// time, those with the smallest product of importance and waiting time first. So they never move
   /// by more than four steps' way at once. StepReport::left_out tells how many wait. Those that a
-  /// force pushes or that were changed do not wait.
+  /// force pushes, that were changed, or that hang on cables do not wait.
   ///
   /// Bodies in contact give way, each group by its share of the time that is left: it takes fewer
   /// and longer substeps, with fewer sweeps. Joints stay closed, and no energy is added; contacts

@@ -190,6 +190,7 @@ bool end_parts(World& world, Island& a, const PartedStep& step, Entity& lost);
 /// Before a step: clears the result of the last one.
 inline void forget_result(Island& a) {
   a.lost = Entity{}, a.energy_removed = 0, a.jammed = a.scratch.hurried = false;
+  a.missed = {};
 }
 /// Batches of islands of equal structure (crowd.cpp): finds them after a build; steps them.
 void find_crowds(const World& world, Islands& all);
@@ -234,6 +235,7 @@ inline Real sign_of(const PackedJoint& joint) { return joint.own_is_a ? -1 : 1; 
 bool solve_tie_equations(StepScratch& r, std::size_t n);
 /// The end of a step by any method (step.cpp): stores the state that the next step starts from.
 void remember_step(World& world, Island& a, Real h);
+Missed missed_by(const World& world, const Island& a);
 
 /// The matrix of the cross product v x.
 inline Mat3 cross_matrix(Vec3 v) { return Mat3(0, v.z, -v.y, -v.z, 0, v.x, v.y, -v.x, 0); }

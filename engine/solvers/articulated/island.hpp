@@ -255,8 +255,7 @@ struct PackedCable {
   std::uint32_t cable = 0;  // slot in World::cables
   std::uint32_t column_a = UINT32_MAX, column_b = UINT32_MAX;
   std::uint32_t slot_a = 0, slot_b = 0;
-  Real lambda = 0;      // of the last step, kg m
-  Vec3 held_before{0};  // world: the kinematic end when the island was last stepped, if it is owed
+  Real lambda = 0;          // of the last step, kg m
   Real length_before = -1;  // m, when the island was last stepped; below 0: never
   Real rate_before = 0;     // m/s, likewise
 
@@ -269,7 +268,6 @@ struct PackedCable {
     field("slot_a", derived(self.slot_a));
     field("slot_b", derived(self.slot_b));
     field("lambda", self.lambda);
-    field("held_before", self.held_before);
     field("length_before", self.length_before);
     field("rate_before", self.rate_before);
   }
@@ -368,8 +366,16 @@ struct StepPlan {
   bool in_crowd = false;   // is stepped in a batch: see crowd.cpp
 };
 
+/// What pins and inextensible cables miss.
+struct Missed {
+  Real worst = 0;  // m
+  Entity at;
+  int count = 0;  // beyond the tolerance
+};
+
 /// Results of the step, for the report and for the next step.
 struct StepResult {
+  Missed missed;
   bool limited = false;         // its energy was limited
   Real energy_removed = 0;      // J, by that, in all substeps
   bool contact_active = false;  // a contact is active

@@ -67,25 +67,10 @@ const char* fault(const World& world) {
   return nullptr;
 }
 
-void report_pins_and_cables(const World& world, const Island& a, StepReport& report) {
-  const Real bound = a.settings.tolerance * a.size;
-  const auto note = [&](Real residual, Entity who) {
-    if (residual > bound) ++report.unreached;
-    if (residual > report.worst_residual)
-      report.worst_residual = residual, report.worst_residual_at = who;
-  };
-  for (const PackedPin& h : a.pins) {
-    if (h.compliance > 0) continue;
-    PANTIN_ASSERT(h.held_pin != kNoSlot || h.held_link != kNoSlot);
-    note(h.residual, h.held_pin != kNoSlot ? world.pins.owners()[h.held_pin]
-                                           : world.links.owners()[h.held_link]);
-  }
-  for (const PackedCable& c : a.cables) {
-    const Cable& s = world.cables.values()[c.cable];
-    if (s.joint.compliance > 0) continue;
-    note(stretch(s.joint, world.bodies[s.a].pose, world.bodies[s.b].pose),
-         world.cables.owners()[c.cable]);
-  }
+void add_missed(const Missed& missed, StepReport& report) {
+  report.unreached += missed.count;
+  if (missed.worst > report.worst_residual)
+    report.worst_residual = missed.worst, report.worst_residual_at = missed.at;
 }
 
 void measure_joint(const World& world, const Island& a, std::uint32_t slot, Measures& m) {
@@ -156,13 +141,18 @@ void report(const World& world, StepReport& report) {
   const auto add = [&](const Island& a) {
     report.sweeps_used = std::max(report.sweeps_used, a.sweeps_used);
     report.stops_hit += a.stops_hit, report.drives_capped += a.drives_capped;
-    if (a.owed == 0) report_pins_and_cables(world, a, report);
   };
-  each_awake(world, [&](const Island& a) { report.asleep += a.asleep, add(a); });
+  each_awake(world, [&](const Island& a) {
+    report.asleep += a.asleep, add(a);
+    add_missed(a.missed, report);
+  });
   const RestLists& rest = world.memory.of<Islands>().rest;
   report.asleep += static_cast<int>(rest.sleepers.size());
   for (const RestLists::Sleeper& s : rest.sleepers)
-    if (s.slot == kNoSlot) add(islands_of(world)[s.island]);
+    if (s.slot == kNoSlot) {
+      const Island& a = islands_of(world)[s.island];
+      add(a), add_missed(missed_by(world, a), report);
+    }
   report_costs(world, report);
 }
 

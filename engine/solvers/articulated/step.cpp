@@ -63,8 +63,31 @@ void report_pins_and_cables(World& world, Island& a, Real h) {
 
 }  // namespace
 
+Missed missed_by(const World& world, const Island& a) {
+  const Real bound = a.settings.tolerance * a.size;
+  Missed missed;
+  const auto note = [&](Real residual, Entity who) {
+    missed.count += residual > bound;
+    if (residual > missed.worst) missed.worst = residual, missed.at = who;
+  };
+  for (const PackedPin& h : a.pins) {
+    if (h.compliance > 0) continue;
+    PANTIN_ASSERT(h.held_pin != kNoSlot || h.held_link != kNoSlot);
+    note(h.residual, h.held_pin != kNoSlot ? world.pins.owners()[h.held_pin]
+                                           : world.links.owners()[h.held_link]);
+  }
+  for (const PackedCable& c : a.cables) {
+    const Cable& s = world.cables.values()[c.cable];
+    if (s.joint.compliance > 0) continue;
+    note(stretch(s.joint, world.bodies[s.a].pose, world.bodies[s.b].pose),
+         world.cables.owners()[c.cable]);
+  }
+  return missed;
+}
+
 void remember_step(World& world, Island& a, Real h) {
   if (has_rows(a) || a.trees.front().held_pin != UINT32_MAX) report_pins_and_cables(world, a, h);
+  a.missed = missed_by(world, a);
   PANTIN_ASSERT(!a.asleep);
   for (std::size_t c = 0; a.changed && c < a.count(); ++c) {
     Body& b = world.bodies.values()[a.slots[c]];

@@ -36,10 +36,11 @@ bool is_disturbed(const World& world, const Island& a, std::size_t c) {
 }
 
 /// Whether an island may be left out: nothing collides with it, and what moves it are anchors whose
-/// points at its last step are known.
+/// points at its last step are known. Cables become taut in long steps so often that these take
+/// more time than the short ones that they replace.
 bool can_wait(const World& world, const Island& a, Real h) {
   if (a.settings.solver != Solver::articulated || a.fresh || a.unfit || !a.rests.empty() ||
-      a.owed > (kMostLeftOut - 0.5) * h)
+      !a.cables.empty() || a.owed > (kMostLeftOut - 0.5) * h)
     return false;
   for (std::size_t c = 0; c < a.count(); ++c)
     if (is_disturbed(world, a, c)) return false;
@@ -51,8 +52,6 @@ bool can_wait(const World& world, const Island& a, Real h) {
   }
   for (const PackedPin& p : a.pins)
     if (p.held_body != kNoSlot && body(p.held_body)->teleport) return false;
-  for (const PackedCable& k : a.cables)
-    if (body(k.slot_a)->teleport || body(k.slot_b)->teleport) return false;
   return true;
 }
 
@@ -114,14 +113,6 @@ void choose_steps(World& world, const StepTask& task) {
 
 void leave_out(World& world, Island& a, Real h) {
   PANTIN_ASSERT(a.step == 0 && a.rests.empty());
-  // The ends of cables whose bodies move on.
-  for (PackedCable& k : a.cables) {
-    if (a.owed > 0 || (k.column_a != kNoSlot && k.column_b != kNoSlot)) continue;
-    const bool has_b = k.column_b != kNoSlot;
-    const CableParameters& s = world.cables.values()[k.cable].joint;
-    k.held_before =
-        point_before(world, has_b ? k.slot_a : k.slot_b, has_b ? s.anchor_a : s.anchor_b, h);
-  }
   a.owed += h;
   a.scratch.predicted = true, a.conserves = a.forced = false;
   forget_result(a);

@@ -105,12 +105,12 @@ void reel(const PackedCable& packed, const CableParameters& cable, const CablePa
 }
 
 /// m: by how much an inextensible cable is longer than it may be at the start of a step.
-Real excess_of(const World& world, const Island& a, const PackedCable& cable, Real h) {
+Real excess_of(const World& world, const PackedCable& cable, Real h) {
   const CableParameters& s = world.cables.values()[cable.cable].joint;
   if (s.compliance > 0) return 0;
   const auto end = [&](std::uint32_t column, std::uint32_t slot, Vec3 anchor) {
     if (column != kNobody) return point_on(world, slot, anchor);
-    return a.owed > 0 ? cable.held_before : point_before(world, slot, anchor, h);
+    return point_before(world, slot, anchor, h);
   };
   const Vec3 apart =
       end(cable.column_b, cable.slot_b, s.anchor_b) - end(cable.column_a, cable.slot_a, s.anchor_a);
@@ -156,7 +156,7 @@ bool begin_closing(const World& world, Island& a, Real h) {
   }
   bool takes_up = false;
   for (std::size_t i = 0; i < a.cables.size(); ++i) {
-    const Real excess = excess_of(world, a, a.cables[i], h);
+    const Real excess = excess_of(world, a.cables[i], h);
     a.scratch.cable_gaps[i] = excess > kClosedGap * a.size ? excess : 0;
     takes_up = takes_up || a.scratch.cable_gaps[i] > 0;
   }
@@ -205,7 +205,7 @@ void begin_ties(const World& world, Island& a, const StepPart& part) {
       const std::uint32_t slot = has_b ? cable.slot_a : cable.slot_b;
       const Vec3 anchor = has_b ? s.anchor_a : s.anchor_b;
       if (slot != led) led = slot, led_before = pose_before(world, slot, part.whole);
-      place.before = a.owed > 0 ? cable.held_before : to_world(led_before, anchor);
+      place.before = to_world(led_before, anchor);
       place.after = point_on(world, slot, anchor);
       const Body& b = world.bodies.values()[slot];
       place.velocity = b.velocity + glm::cross(b.angular_velocity, b.pose.rotation * anchor);
