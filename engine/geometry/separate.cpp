@@ -205,6 +205,7 @@ Separation Polytope::grow() {
 struct Walk {
   Real limit = 1e300;  // m
   std::uint32_t most = kMostRounds;
+  Real far = 1e300;        // m: more rounds are taken at this distance
   Real tolerance = 1e-14;  // of the distance's square
   Vec3 last{0, 1, 0};      // direction from b to a
   bool is_done = true;
@@ -219,7 +220,7 @@ std::optional<Separation> walk(const Pieces& pieces, Walk& state) {
   if (v == Vec3(0)) v = Vec3(0, 1, 0);
   Real kept_distance = 1e300;
   for (std::uint32_t round = 0; round < kMostRounds; ++round) {
-    state.is_done = round < state.most;
+    state.is_done = round < state.most || kept_distance > state.far * state.far;
     if (!state.is_done) break;
     seen[round] = farthest(pieces, -v);
     const Vec3 w = seen[round].w;
@@ -297,10 +298,12 @@ Separation separate(const Convex& a, const Convex& b, Real limit) {
   const Pieces pieces{a, b};
   const Real size = pieces.size();
   const auto is_shallow = [&](const Separation& s) { return s.distance > -kShallow * size; };
+  const bool is_flat = !a.faces.empty() || !b.faces.empty();
   Walk first{.limit = limit, .most = kFirstRounds};
+  if (is_flat) first.far = kApart * size;
   auto found = walk(pieces, first);
-  if (!found || !first.is_done) {
-    // Gradient steps converge faster where both are round, or touch with edges.
+  if ((!found || !first.is_done) && !is_flat) {
+    // Gradient steps converge faster where both are round, or touch with edges; never at a face.
     const auto round = polish(pieces, -better_of(pieces, first.last), kSmooth);
     if (round && is_shallow(*round)) return *round;
   }

@@ -13,8 +13,9 @@ class LaneCables : public LaneResponse {
 
   /// Before an elimination: adds the cables to the blocks, at the iterate.
   void load() {
-    for (std::size_t n = 0; n < kTieBlock * t_.count; ++n)
-      store(room_.blocks + n * kWide, all<Lane>(0));
+    for (std::size_t c = 0; c < t_.count; ++c)
+      for (std::size_t n = 0; n < (all_.ties->grounded[c] ? kTieBlock : kTieLoads); ++n)
+        store(t_.tie_block_at(c) + n * kWide, all<Lane>(0));
     bool may_change[kWide];
     for (std::size_t l = 0; l < kWide; ++l) {
       may_change[l] = runs(l), tautened_[l] = false;
