@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "engine/base/rotation.hpp"
+#include "engine/solvers/articulated/impulses/extrapolation.hpp"
 #include "engine/solvers/articulated/impulses/group_lanes.hpp"
 #include "engine/solvers/articulated/impulses/group_ties.hpp"
 #include "engine/solvers/articulated/internal.hpp"
@@ -199,11 +200,13 @@ void take_hard_substep(const Group& g, const Substep& s, Order order) {
     for (GroupRolling& r : g.rollings) push(g, r);
     if (sweep == Sweep::relaxes) scale_impulses(g, 2);  // add those before the move
     Ending ending(g, s);
+    Extrapolation extrapolation(g, s.most_sweeps);
     for (int n = 0; n < s.most_sweeps; ++n) {
       const Real most = sweep_group(g, s, sweep, turned(order, n));
       const bool jams = n + 1 == (s.alone ? s.most_sweeps : kHardSweeps) && is_jammed(g, s, most);
       jammed = jammed || jams;
       if (jams || ending.is_reached(most)) break;
+      extrapolation.follow(most);
     }
   };
   scale_impulses(g, 0.5);
