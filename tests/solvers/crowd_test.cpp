@@ -67,6 +67,18 @@ World light_above_heavy() {
   return w;
 }
 
+/// The same with a cone and a range of twist at every joint; rad.
+World with_limits(World w, Real cone, Real twist) {
+  JointLimits limits;
+  limits.swing = {true, cone, 0.8 * cone}, limits.angle = {true, -twist, twist};
+  for (Link& l : w.links.values()) {
+    l.joint.limits = limits;
+    l.joint.frames.set(glm::conjugate(w.bodies[l.a].pose.rotation),
+                       glm::conjugate(w.bodies[l.b].pose.rotation));
+  }
+  return w;
+}
+
 /// Steps all copies together, and each alone; the first difference, or nothing.
 std::string difference(const World& one, Real speed, int steps, Real h = 1.0 / 60) {
   Simulation together(copies_of(one, speed), {h});
@@ -118,6 +130,33 @@ TEST_CASE("a crowd of puppets on strings moves as each alone") {
   // Slack strings that come to their lengths at times of their own, with blows.
   CHECK(difference(hung_puppet(0.05), 5, 120) == "");
   CHECK(difference(light_above_heavy(), 1, 60) == "");
+}
+
+TEST_CASE("a crowd of trees with limits moves as each alone, whether they are hit or not") {
+  for (const bool held : {true, false})
+    for (const Real cone : {0.3, 1.0, 2.5}) {
+      CAPTURE(held, cone);
+      CHECK(difference(with_limits(tree(held, false, 0.1), cone, 1.5 * cone), 3, 60) == "");
+      CHECK(difference(with_limits(tree(held, true, 0), cone, cone), 3, 60) == "");
+    }
+}
+
+TEST_CASE("limits that are far away change nothing", "") {
+  for (const bool held : {true, false}) {
+    World free = copies_of(tree(held, true, 0.1), 0.3);
+    free.gravity = Vec3(0);
+    Simulation without = Simulation::copy_of(free, {1.0 / 60}),
+               with = Simulation::copy_of(with_limits(free, 3, 3), {1.0 / 60});
+    for (int i = 0; i < 60; ++i) {
+      without.step();
+      CHECK(with.step().stops_hit == 0);
+    }
+    for (std::size_t i = 0; i < without.world.bodies.size(); ++i) {
+      const Body &a = without.world.bodies.values()[i], &b = with.world.bodies.values()[i];
+      CHECK(a.pose.position == b.pose.position);
+      CHECK(a.velocity == b.velocity);
+    }
+  }
 }
 
 TEST_CASE("one of a crowd that is lost, pushed or gone leaves the others as they are") {

@@ -185,6 +185,17 @@ TiedPart tied_part(const PartedStep& step);
 void end_part(World& world, Island& a, PartedStep& step, const TiedPart& with);
 /// Takes a whole substep of an island alone.
 void take_part(World& world, Island& a, PartedStep& step);
+/// A substep with limits that are not active (open_limits.cpp), of an island whose joints have no
+/// more than limits.
+struct OpenPart {
+  const World& world;
+  Island& a;
+  const StepPart& part;
+  bool are_clear = true;  // so far
+};
+bool has_only_limits(const Island& a);
+bool opens_limits(const Island& a);
+OpenLimits open_limits(OpenPart& part);
 /// After the last substep. False if a body is lost, which `lost` then names.
 bool end_parts(World& world, Island& a, const PartedStep& step, Entity& lost);
 /// Before a step: clears the result of the last one.
@@ -253,6 +264,8 @@ struct JointLimit {
   bool watched = false, both_ways = false;
 };
 void find_limits(const PackedJoint& joint, Quat own, Quat parent, JointLimit (&out)[4]);
+/// Whether a ball joint is turned by less than its least limit, so that none of them is near.
+bool is_well_within_limits(const PackedJoint& joint, Quat own, Quat parent);
 /// The rotation of a joint; a body's rotation from that and its parent's; its parent's from its
 /// own.
 Quat joint_rotation(const PackedJoint& joint, Quat own, Quat parent);

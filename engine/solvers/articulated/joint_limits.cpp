@@ -1,5 +1,6 @@
 // Rotations of joints, and clearances of their limits.
 #include <algorithm>
+#include <cmath>
 
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
@@ -62,6 +63,18 @@ Quat joint_rotation(const PackedJoint& joint, Quat own, Quat parent) {
 FreeAxes free_axes(const PackedJoint& joint, Quat own, Quat parent) {
   const At at(joint, own, parent);
   return detail::free_axes(joint.joint.kind, at.a, at.b);
+}
+
+bool is_well_within_limits(const PackedJoint& joint, Quat own, Quat parent) {
+  constexpr Real kMargin = 1e-3;  // rad
+  if (turns_of(joint.joint.kind) != Turns::freely) return false;
+  const JointLimits& limits = joint.joint.limits;
+  Real least = kPi;
+  if (limits.angle.on) least = std::min({least, -limits.angle.low, limits.angle.high});
+  if (limits.swing.on) least = std::min({least, limits.swing.y, limits.swing.z});
+  // Neither swing nor twist is larger than the whole rotation.
+  const Real cosine = std::abs(At(joint, own, parent).rotation.w);
+  return least > kMargin && cosine > std::cos(0.5 * (least - kMargin));
 }
 
 /// The limits of a joint, with gradients for the rotation of the own body relative to the parent. A

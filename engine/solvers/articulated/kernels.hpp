@@ -107,6 +107,14 @@ struct ConservingJoints {
   AtEnd (*add_work)(void* context, double& released);
 };
 
+/// Limits of joints that are not active: the bodies move as on free ball joints, if they keep clear
+/// of them.
+struct OpenLimits {
+  void* context;
+  /// After the iterations, with the rotations at the end in the work table: whether they do.
+  bool (*are_clear)(void* context);
+};
+
 /// A step by the energy-momentum method. Arrays hold 3 numbers a tree.
 struct ConservingInput {
   double h;
@@ -124,6 +132,7 @@ struct ConservingInput {
   bool follows_equal_step;         // the rotations of the last step predict those of this one
   const ConservingTies* ties;      // or null
   const ConservingJoints* joints;  // or null
+  const OpenLimits* limits;        // or null
   double most_due;                 // largest accepted ratio of due to computed energy
   double most_gain;                // largest accepted gain of kinetic energy, as a fraction
 };

@@ -152,6 +152,9 @@ class BodyLanes {
   bool accept_ties(int /*island*/, double& released) const {
     return in.ties->accept(in.ties->context, released);
   }
+  bool accept_limits(int /*island*/) const {
+    return !in.limits || in.limits->are_clear(in.limits->context);
+  }
   void project_ties(const bool (&/*wanted*/)[1], bool (&fails)[1]) const {
     fails[0] = !in.ties->project(in.ties->context);
   }

@@ -232,7 +232,7 @@ struct ConservingStep : ConservingIterate<Lanes> {
   }
 
   /// Rejects solutions in which a body rotated by more than 2 rad, since Newton's method may have
-  /// found a spurious root, and those that ties do not accept.
+  /// found a spurious root, and those that ties or limits do not accept.
   void refuse() {
     const N turned2 = Lanes::largest_of(turned2_);
     for_each_island([&](Course& c, int l) {
@@ -240,6 +240,8 @@ struct ConservingStep : ConservingIterate<Lanes> {
       if (lanes.input(l).divisible && Lanes::of_island(turned2, l) > kMostTurned * kMostTurned)
         c.solved = false;
       else if (lanes.has_ties() && !lanes.accept_ties(l, c.released))
+        c.solved = false;
+      else if (!lanes.accept_limits(l))
         c.solved = false;
       if constexpr (Lanes::kHooks)
         if (c.solved && in.joints) c.at_end = in.joints->add_work(in.joints->context, c.released);

@@ -130,8 +130,9 @@ class IslandLanes {
   }
   /// Marks the islands that the lanes cannot step, which are then stepped alone.
   void send_away() const {
-    for (std::size_t l = 0; lanes_.ties && l < lanes_.count; ++l)
-      if (cables_.is_alone(l)) lanes_.outcomes[l] = LaneOutcome::alone;
+    for (std::size_t l = 0; l < lanes_.count; ++l)
+      if (at_limits_[l] || (lanes_.ties && cables_.is_alone(l)))
+        lanes_.outcomes[l] = LaneOutcome::alone;
   }
   INLINE void set_bodies(std::size_t i, std::size_t at, Lane v) const {
     for (std::size_t l = 0; l < lanes_.count; ++l)
@@ -162,6 +163,19 @@ class IslandLanes {
   void settle_ties(bool (&near)[kIslands]) { cables_.settle(near); }
   bool accept_ties(int l, double& released) {
     return cables_.accept(static_cast<std::size_t>(l), released);
+  }
+  /// Copies the rotations of an island at the end to its own table, and asks it.
+  bool accept_limits(int island) {
+    const auto l = static_cast<std::size_t>(island);
+    const LaneIsland& own = lanes_.islands[l];
+    if (!own.input.limits) return true;
+    for (std::size_t i = 0; i < p.count; ++i) {
+      double* const to = column(own.view.work, kWorkRows, i);
+      for (std::size_t n = kEndRotation; n < kEndRotation + 4; ++n)
+        to[n * kLanes] = work(i)[n * kWide + l];
+    }
+    at_limits_[l] = !own.input.limits->are_clear(own.input.limits->context);
+    return !at_limits_[l];
   }
   void project_ties(const bool (&wanted)[kIslands], bool (&fails)[kIslands]) {
     cables_.project(wanted, fails);
@@ -228,6 +242,7 @@ class IslandLanes {
   const ConservingLanes& lanes_;
   LaneTables tables_;
   LaneCables cables_;
+  bool at_limits_[kWide] = {};
   Lane h_ = all<Lane>(1), follows_ = all<Lane>(0);
   Lane renews_ = all<Lane>(1);  // 1 in lanes whose matrices the next elimination renews, else 0
 };

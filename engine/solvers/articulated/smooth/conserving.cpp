@@ -58,7 +58,7 @@ constexpr Real kShortestAlone = kParts / 64, kShortestHeld = kParts / 16;
 /// Length of the first substep: fast rotations need shorter ones. Not with hinges, where thin
 /// bodies follow the rotation of their parents about their axes.
 Real first_part(const World& world, const Island& a, Real h) {
-  if (!a.joints.empty()) return kParts;
+  if (!a.joints.empty() && !opens_limits(a)) return kParts;
   Real spin2 = 0;
   for (const std::uint32_t slot : std::span(a.slots).first(a.count())) {
     const Vec3 w = world.bodies.values()[slot].angular_velocity;
@@ -153,13 +153,12 @@ bool conserves(const World& world, const Island& a) {
 PartedStep begin_parts(World& world, Island& a, Real h) {
   PartedStep s;
   s.h = h, s.follows = !a.fresh && !a.changed && a.last_step == h;
-  s.enough =
-      has_free_tree(a) || has_rows(a) || !a.joints.empty() ? kFreeTurnTolerance : kTurnTolerance;
   begin_joints(world, a);
   s.closes_gaps = begin_closing(world, a, h);
   s.takes_up = std::any_of(a.scratch.cable_gaps.begin(), a.scratch.cable_gaps.end(),
                            [](Real gap) { return gap > 0; });
   std::fill(a.scratch.cable_rows.begin(), a.scratch.cable_rows.end(), CableRow::open);
+  s.opens = opens_limits(a);
   s.left = s.bent = kParts;
   s.longest = s.part = s.usual = first_part(world, a, h);
   return s;
@@ -173,22 +172,25 @@ ConservingInput begin_part(World& world, Island& a, PartedStep& s) {
            s.yields};
   set_anchors(world, a, s.now);
   if (is_tied(a)) begin_ties(world, a, s.now);
-  if (!a.joints.empty())
-    begin_limits(world, a, s.now, follows_blows(s) ? Blows::followed : Blows::within_part);
+  const bool stiff = !a.joints.empty() && !s.opens;
+  if (stiff) begin_limits(world, a, s.now, follows_blows(s) ? Blows::followed : Blows::within_part);
+  const Real enough =
+      has_free_tree(a) || has_rows(a) || stiff ? kFreeTurnTolerance : kTurnTolerance;
   const bool hangs = !a.cables.empty() && a.pins.empty() && a.joints.empty();
   return {s.h * s.part / kParts,
           {world.gravity.x, world.gravity.y, world.gravity.z},
           a.scratch.targets.data(),
           a.scratch.ways.data(),
           a.scratch.anchor_velocities.data(),
-          is_tied(a) ? kMostTiedIterations : kMostIterations,
-          std::max(s.enough * std::min(s.part, Real(1)), kLeastTurnTolerance),
+          stiff || has_rows(a) ? kMostTiedIterations : kMostIterations,
+          std::max(enough * std::min(s.part, Real(1)), kLeastTurnTolerance),
           hangs && !ties_are_inner(a) ? kHangingTurnTolerance : 0,
-          a.is_even && a.joints.empty() && !is_tied(a),
+          a.is_even && !stiff && !has_rows(a),
           is_still(a),
           ties_are_closed(a),
-          a.joints.empty() && s.part > kShortestHeld,
+          !stiff && s.part > kShortestHeld,
           s.follows && s.part == kParts,
+          nullptr,
           nullptr,
           nullptr,
           most_due(a, s),
@@ -203,7 +205,7 @@ void end_part(World& world, Island& a, PartedStep& s, const TiedPart& with) {
   s.bent = with.longest < kParts ? with.longest : s.taken ? 2 * s.bent : s.bent;
   if (s.taken) {
     if (is_tied(a)) store_ties(a, s.now);
-    if (!a.joints.empty()) store_joints(world, a, s.now);
+    if (!a.joints.empty() && !s.opens) store_joints(world, a, s.now);
     s.inner = s.inner && with.inner;
     s.left -= s.part;
     if (with.struck) s.usual = s.longest;
@@ -244,11 +246,16 @@ bool end_parts(World& world, Island& a, const PartedStep& s, Entity& lost) {
 }
 
 void take_part(World& world, Island& a, PartedStep& s) {
-  const ConservingInput in = begin_part(world, a, s);
+  ConservingInput in = begin_part(world, a, s);
+  OpenPart open{world, a, s.now};
+  const OpenLimits limits = open_limits(open);
+  if (s.opens) in.limits = &limits;
   TiedPart with = tied_part(s);
-  s.taken =
-      is_tied(a) ? conserve_tied(world, a, in, with) : kernels().conserve(view_of(world, a), in);
-  end_part(world, a, s, with);
+  s.taken = is_tied(a) && !s.opens ? conserve_tied(world, a, in, with)
+                                   : kernels().conserve(view_of(world, a), in);
+  if (open.are_clear) return end_part(world, a, s, with);
+  s.opens = false;  // again, with limits
+  take_part(world, a, s);
 }
 
 bool step_conserving(World& world, Island& a, Real h, Entity& lost) {

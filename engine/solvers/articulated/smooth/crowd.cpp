@@ -21,10 +21,11 @@ namespace {
 /// Batches are found again when more islands than these came since, and a part of those in batches.
 constexpr std::size_t kFewUnsorted = 8, kPartUnsorted = 8;
 
-/// Whether the vectorised kernel supports an island: free ball joints and cables only.
+/// Whether the vectorised kernel supports an island: free ball joints and cables only, or ball
+/// joints with limits that are not active.
 bool fits_lanes(const Island& a) {
-  return a.settings.solver == Solver::articulated && a.joints.empty() && a.pins.empty() &&
-         a.cables.size() <= kMostTies && a.count() > 0;
+  return a.settings.solver == Solver::articulated && (a.joints.empty() || has_only_limits(a)) &&
+         a.pins.empty() && a.cables.size() <= kMostTies && a.count() > 0;
 }
 
 bool stretches(const World& world, const Island& a, std::size_t cable) {
@@ -195,6 +196,8 @@ void take_parts_together(World& world, CrowdScratch& crowd, std::span<const std:
   std::array<ConservingInput, kMostAbreast> inputs;
   std::array<std::optional<TiedPart>, kMostAbreast> parts;
   std::array<std::optional<Lane>, kMostAbreast> lanes;
+  std::array<std::optional<OpenPart>, kMostAbreast> open;
+  std::array<OpenLimits, kMostAbreast> limits;
   std::array<LaneIsland, kMostAbreast> islands;
   std::array<LaneOutcome, kMostAbreast> outcomes{};
   for (std::size_t l = 0; l < going.size(); ++l) {
@@ -202,6 +205,9 @@ void take_parts_together(World& world, CrowdScratch& crowd, std::span<const std:
     inputs[l] = begin_part(world, a, step(l).parts);
     parts[l].emplace(tied_part(step(l).parts));
     lanes[l].emplace(Lane{{world, a, inputs[l].h, *parts[l]}, room, l});
+    open[l].emplace(OpenPart{world, a, step(l).parts.now});
+    limits[l] = open_limits(*open[l]);
+    if (step(l).parts.opens) inputs[l].limits = &limits[l];
     if (tied) write_ties(*lanes[l]);
     std::copy(a.scratch.cable_rows.begin(), a.scratch.cable_rows.end(), room.cable_rows[l].begin());
     islands[l] = lane_island(world, *lanes[l], inputs[l]);
@@ -212,6 +218,7 @@ void take_parts_together(World& world, CrowdScratch& crowd, std::span<const std:
     Island& a = *step(l).island;
     if (outcomes[l] == LaneOutcome::alone) {
       std::copy_n(room.cable_rows[l].begin(), a.cables.size(), a.scratch.cable_rows.begin());
+      step(l).parts.opens = step(l).parts.opens && open[l]->are_clear;
       take_part(world, a, step(l).parts);
       continue;
     }
@@ -343,8 +350,11 @@ void step_block(World& world, const StepTask& task, const Block& block, Waiting&
     const CrowdStep &a = crowd.steps[i], &b = crowd.steps[j];
     return std::tie(a.shape, a.taut, i) < std::tie(b.shape, b.taut, j);
   });
-  // Lanes have no reels, nor cables that are taken up.
-  const auto alone = [&](std::size_t i) { return crowd.steps[going[i]].parts.takes_up; };
+  // Lanes have no reels, no cables that are taken up, and no limits that are active.
+  const auto alone = [&](std::size_t i) {
+    const CrowdStep& s = crowd.steps[going[i]];
+    return s.parts.takes_up || (!s.island->joints.empty() && !s.parts.opens);
+  };
   bool hurries = false;
   for (std::size_t left = going.size(); left > 0;) {
     hurries = hurries || (task.budget && has_to_hurry(all, waiting, going.first(left)));

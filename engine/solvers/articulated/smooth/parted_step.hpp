@@ -25,12 +25,12 @@ struct PartedStep {
   Real usual = 0;            // the same, without ends at impacts
   Real longest = 0;          // the first substep
   Real bent = 0;             // longest for rotating gradients of cones
-  Real enough = 0;           // rad: see ConservingInput
   int attempt = 1;           // substeps tried, with the next one
   bool follows = false;      // the last step had the same length
   bool closes_gaps = false;  // of pins and loops
   bool takes_up = false;     // a cable that was too long at the start of the step
   bool yields = false;       // rigid ties are compliant
+  bool opens = false;        // joints have limits only, and none is active: see open_limits.cpp
   bool inner = true;         // no tie led to the world or to another tree
   bool taken = false;        // the last substep was accepted
   bool fails = false;        // the rest is left to sweeps
