@@ -8,8 +8,8 @@
 namespace pantin::detail {
 namespace {
 
-constexpr int kMostRounds = 96, kFirstRounds = 8, kMostSteps = 40, kMostRefinements = 4,
-              kRefiningRounds = 32;
+constexpr int kMostRounds = 96, kFirstRounds = 8, kMostSteps = 40, kFewSteps = 8,
+              kMostRefinements = 4, kRefiningRounds = 32;
 // Fractions of the sizes: below this distance pieces are moved apart for the query, since the
 // direction between points that almost coincide is lost to rounding; by how much; and the overlap
 // up to which no polytope is needed.
@@ -33,6 +33,8 @@ struct Pieces {
   Vec3 shift{0};  // m
 
   Real size() const { return a.size + b.size; }
+  /// Whether one of them has faces, where the support function is not smooth.
+  bool are_flat() const { return !a.faces.empty() || !b.faces.empty(); }
 };
 
 Difference farthest(const Pieces& pieces, Vec3 direction) {
@@ -52,7 +54,10 @@ std::optional<Separation> polish(const Pieces& pieces, Vec3 normal, Real accurac
   const auto slope = [](Vec3 n, Vec3 w) { return w - glm::dot(n, w) * n; };
   Vec3 gradient = slope(normal, at.w);
   Real step = 0.1 / size;
+  const Real hopeful = 0.5 * glm::length(gradient);
   for (int round = 0; round < kMostSteps && glm::length(gradient) > kSlope * size; ++round) {
+    // At a face the gradient does not vanish.
+    if (round == kFewSteps && pieces.are_flat() && glm::length(gradient) > hopeful) break;
     const Vec3 to = glm::normalize(normal - step * gradient);
     const Difference next = farthest(pieces, to);
     if (!(glm::dot(to, next.w) < glm::dot(normal, at.w))) {
@@ -298,12 +303,11 @@ Separation separate(const Convex& a, const Convex& b, Real limit) {
   const Pieces pieces{a, b};
   const Real size = pieces.size();
   const auto is_shallow = [&](const Separation& s) { return s.distance > -kShallow * size; };
-  const bool is_flat = !a.faces.empty() || !b.faces.empty();
   Walk first{.limit = limit, .most = kFirstRounds};
-  if (is_flat) first.far = kApart * size;
+  if (pieces.are_flat()) first.far = kApart * size;
   auto found = walk(pieces, first);
-  if ((!found || !first.is_done) && !is_flat) {
-    // Gradient steps converge faster where both are round, or touch with edges; never at a face.
+  if (!found || !first.is_done) {
+    // Gradient steps converge faster where both are round, or touch with edges.
     const auto round = polish(pieces, -better_of(pieces, first.last), kSmooth);
     if (round && is_shallow(*round)) return *round;
   }
