@@ -141,6 +141,14 @@ TEST_CASE("a crowd of trees with limits moves as each alone, whether they are hi
     }
 }
 
+TEST_CASE("a crowd of puppets with limits on strings moves as each alone") {
+  for (const Real cone : {0.4, 1.5}) {
+    CAPTURE(cone);
+    CHECK(difference(with_limits(hung_puppet(0), cone, cone), 1, 120) == "");
+    CHECK(difference(with_limits(hung_puppet(0.05), cone, cone), 5, 120) == "");
+  }
+}
+
 TEST_CASE("limits that are far away change nothing", "") {
   for (const bool held : {true, false}) {
     World free = copies_of(tree(held, true, 0.1), 0.3);

@@ -132,11 +132,12 @@ struct TieScratch {
   std::vector<TieRows> tie_sets;                 // rows of each tie
   std::vector<ConservingSum> conserving_sums;    // a body each, if joints constrain rotations
   std::vector<ConservingNode> conserving_nodes;  // likewise
+  bool stiff = false;  // joints are eliminated with their rows, in conserving_nodes
   Real tie_yield = 0;  // compliance of rigid ties, relative: see begin_ties()
   std::vector<Real> tie_blocks, tie_factors;                // see ConservingTies
   std::vector<std::uint8_t> tie_grounded;                   // likewise
   std::vector<Vec3> tie_impulses, tie_torques, tie_joints;  // a body each
-  std::vector<CableRow> cable_rows;                         // a cable each
+  std::vector<CableRow> cable_rows, cable_rows_before;      // a cable each
   std::vector<Vec3> velocities_before;                      // 2 a body, for impacts of cables
   std::vector<Vec3> pin_gaps;                               // a pin each: see begin_closing()
   std::vector<Real> cable_gaps;                             // a cable each, m: likewise

@@ -172,11 +172,11 @@ ConservingInput begin_part(World& world, Island& a, PartedStep& s) {
            s.yields};
   set_anchors(world, a, s.now);
   if (is_tied(a)) begin_ties(world, a, s.now);
-  const bool stiff = !a.joints.empty() && !s.opens;
+  const bool stiff = a.scratch.stiff = !a.joints.empty() && !s.opens;
   if (stiff) begin_limits(world, a, s.now, follows_blows(s) ? Blows::followed : Blows::within_part);
   const Real enough =
       has_free_tree(a) || has_rows(a) || stiff ? kFreeTurnTolerance : kTurnTolerance;
-  const bool hangs = !a.cables.empty() && a.pins.empty() && a.joints.empty();
+  const bool hangs = !a.cables.empty() && a.pins.empty() && !stiff;
   return {s.h * s.part / kParts,
           {world.gravity.x, world.gravity.y, world.gravity.z},
           a.scratch.targets.data(),
@@ -246,15 +246,18 @@ bool end_parts(World& world, Island& a, const PartedStep& s, Entity& lost) {
 }
 
 void take_part(World& world, Island& a, PartedStep& s) {
+  if (s.opens) a.scratch.cable_rows_before = a.scratch.cable_rows;
   ConservingInput in = begin_part(world, a, s);
   OpenPart open{world, a, s.now};
   const OpenLimits limits = open_limits(open);
   if (s.opens) in.limits = &limits;
   TiedPart with = tied_part(s);
-  s.taken = is_tied(a) && !s.opens ? conserve_tied(world, a, in, with)
-                                   : kernels().conserve(view_of(world, a), in);
+  const bool has_hooks = has_rows(a) || a.scratch.stiff;
+  s.taken =
+      has_hooks ? conserve_tied(world, a, in, with) : kernels().conserve(view_of(world, a), in);
   if (open.are_clear) return end_part(world, a, s, with);
   s.opens = false;  // again, with limits
+  a.scratch.cable_rows = a.scratch.cable_rows_before;
   take_part(world, a, s);
 }
 

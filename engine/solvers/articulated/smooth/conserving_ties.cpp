@@ -96,12 +96,12 @@ void add_grounded(const ConservingTie& t, Real* block) {
 void load(void* context) {
   const TiedStep& s = *static_cast<const TiedStep*>(context);
   StepScratch& r = s.a.scratch;
-  PANTIN_ASSERT(r.tie_blocks.size() == kTieBlock * s.a.count() && (s.a.joints.empty() || s.stiff));
+  PANTIN_ASSERT(r.tie_blocks.size() == kTieBlock * s.a.count() && r.stiff == (s.stiff != nullptr));
   std::fill(r.tie_blocks.begin(), r.tie_blocks.end(), 0.0);
   bool may_change = true;
   s.with.tautened = false;
   ++s.with.iterations;
-  for (std::size_t c = 0; c < s.a.joints.size(); ++c) {
+  for (std::size_t c = 0; s.stiff && c < s.a.joints.size(); ++c) {
     if (!has_limits(s.a, c)) continue;
     look_at_limits(*s.stiff, c, ends_of(*s.stiff, c));
     if (may_change && change_limits(*s.stiff, c)) may_change = s.with.iterations <= kChangeAtOnce;
@@ -373,7 +373,7 @@ bool settled(void* context) {
     change(t);
     return false;
   }
-  for (std::size_t c = 0; c < s.a.joints.size(); ++c) {
+  for (std::size_t c = 0; s.stiff && c < s.a.joints.size(); ++c) {
     if (!has_limits(s.a, c)) continue;
     look_at_limits(*s.stiff, c, ends_of(*s.stiff, c));
     if (change_limits(*s.stiff, c)) return false;
@@ -418,7 +418,7 @@ bool conserve_tied(World& world, Island& a, ConservingInput in, TiedPart& with) 
                             &with.struck,
                             &with.place_work};
   in.ties = &ties;
-  if (a.joints.empty()) return kernels().conserve(view_of(world, a), in);
+  if (!r.stiff) return kernels().conserve(view_of(world, a), in);
   StiffStep stiff{world, a, in.h, part};
   step.stiff = &stiff;
   const ConservingJoints joints = stiff_joints(stiff);

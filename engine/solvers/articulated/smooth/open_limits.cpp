@@ -34,7 +34,7 @@ bool are_clear(void* context) {
 }  // namespace
 
 bool has_only_limits(const Island& a) {
-  return !a.joints.empty() && !has_rows(a) &&
+  return !a.joints.empty() &&
          std::all_of(a.joints.begin(), a.joints.end(), [](const PackedJoint& j) {
            return !j.stiff || (turns_of(j.joint.kind) == Turns::freely && !exerts_torque(j));
          });

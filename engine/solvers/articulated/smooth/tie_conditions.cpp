@@ -82,7 +82,7 @@ void reserve_ties(Island& a) {
   r.tie_kept.assign(rows * (rows + 1), 0);
   r.tie_order.assign(rows, 0), r.tie_largest.assign(rows, 0);
   r.pins_before.assign(a.pins.size(), Vec3(0)), r.pin_gaps = r.pins_before;
-  r.cable_rows.assign(a.cables.size(), CableRow::open);
+  r.cable_rows.assign(a.cables.size(), CableRow::open), r.cable_rows_before = r.cable_rows;
   r.cable_gaps.assign(a.cables.size(), 0);
   r.velocities_before.assign(a.cables.empty() ? 0 : 2 * n, Vec3(0));
 }

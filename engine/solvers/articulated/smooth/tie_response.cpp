@@ -287,7 +287,7 @@ void fill_single_rows(StepScratch& r, std::size_t n) {
 
 void fill_tie_matrix(Island& a, Arms arms, std::size_t n) {
   StepScratch& r = a.scratch;
-  if (a.joints.empty())
+  if (!r.stiff)
     fill_all_shares(a, BallNodes{r}, arms);
   else
     fill_all_shares(a, StiffNodes{r}, arms);
@@ -327,7 +327,7 @@ void add_tie_impulse(StepScratch& r, const ConservingTie& t, Vec3 mu, Arms arms)
 }
 
 void respond_to_ties(Island& a, Arms arms) {
-  if (a.joints.empty())
+  if (!a.scratch.stiff)
     respond(a, BallNodes{a.scratch}, arms);
   else
     respond(a, StiffNodes{a.scratch}, arms);
