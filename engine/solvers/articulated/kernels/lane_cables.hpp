@@ -60,9 +60,10 @@ class LaneCables : public LaneResponse {
   /// After an elimination: solves for the impulses of the cables.
   void correct(bool (&fails)[kWide]) {
     for (std::size_t n = 0; n < count(); ++n) {
-      const Mask acts = tie(n).stretches ? stretched(n) & ~grounded(n) : taut(n);
-      write(at(n) + kCableActs * kWide, ones(acts));
-      if (any(acts)) put_row(n);
+      const Lane acts =
+          tie(n).stretches ? choose(grounded(n), all<Lane>(0), ones(stretched(n))) : ones(taut(n));
+      write(at(n) + kCableActs * kWide, acts);
+      if (any(acts > 0.5)) put_row(n);
     }
     const bool any = answer({LaneArms::mean, t_.running}, fails);
     for (std::size_t r = 0; any && r < rows_; ++r) {
