@@ -34,7 +34,7 @@ struct Pieces {
 
   Real size() const { return a.size + b.size; }
   /// Whether one of them has faces, where the support function is not smooth.
-  bool are_flat() const { return !a.faces.empty() || !b.faces.empty(); }
+  bool have_faces() const { return !a.faces.empty() || !b.faces.empty(); }
 };
 
 Difference farthest(const Pieces& pieces, Vec3 direction) {
@@ -57,7 +57,7 @@ std::optional<Separation> polish(const Pieces& pieces, Vec3 normal, Real accurac
   const Real hopeful = 0.5 * glm::length(gradient);
   for (int round = 0; round < kMostSteps && glm::length(gradient) > kSlope * size; ++round) {
     // At a face the gradient does not vanish.
-    if (round == kFewSteps && pieces.are_flat() && glm::length(gradient) > hopeful) break;
+    if (round == kFewSteps && pieces.have_faces() && glm::length(gradient) > hopeful) break;
     const Vec3 to = glm::normalize(normal - step * gradient);
     const Difference next = farthest(pieces, to);
     if (!(glm::dot(to, next.w) < glm::dot(normal, at.w))) {
@@ -304,7 +304,7 @@ Separation separate(const Convex& a, const Convex& b, Real limit) {
   const Real size = pieces.size();
   const auto is_shallow = [&](const Separation& s) { return s.distance > -kShallow * size; };
   Walk first{.limit = limit, .most = kFirstRounds};
-  if (pieces.are_flat()) first.far = kApart * size;
+  if (pieces.have_faces()) first.far = kApart * size;
   auto found = walk(pieces, first);
   if (!found || !first.is_done) {
     // Gradient steps converge faster where both are round, or touch with edges.

@@ -1,5 +1,5 @@
-// Few bodies that tumble over one another with friction: their sweeps are led on where they
-// converge steadily (extrapolation.hpp), which must neither add energy nor leave them in the
+// Few bodies that tumble over one another with friction: their sweeps are extrapolated where
+// they converge steadily (extrapolation.hpp), which must neither add energy nor leave them in the
 // ground.
 #include <catch2/catch.hpp>
 

@@ -64,8 +64,9 @@ void add_scene_choices(const Subcommand& command, SceneChoices& choices) {
       .within(1, 1000);
   command
       .option("--budget", choices.budget_ms,
-              "milliseconds in which a step should be computed: beyond it what does not collide "
-              "waits for up to three steps, and contacts take fewer substeps; the result depends "
+              "milliseconds in which a step should be computed: beyond it what neither collides "
+              "nor hangs on cables waits for up to three steps, and contacts take fewer substeps; "
+              "the result depends "
               "on the machine")
       .between(0.0, 1e6);
   command.option("--duration", choices.duration, "simulated seconds").between(1e-6, 1e6);

@@ -62,8 +62,8 @@ constexpr Key kScene[] = {
         .or_else(1),
     number<&S::budget_ms>("budget_ms", "ms", kNotNegative,
                           "Time in which a step should be computed. Beyond it jointed bodies "
-                          "that do not collide wait for up to three steps, and bodies in contact "
-                          "take fewer substeps. Results then depend on the "
+                          "that neither collide nor hang on cables wait for up to three steps, and "
+                          "bodies in contact take fewer substeps. Results then depend on the "
                           "machine. 0: none.")
         .or_else(0),
     number<&Recipe::error>(

@@ -3,8 +3,9 @@
 ///
 /// Sweeps over a few bodies that press on one another with friction leave nine tenths of their last
 /// error: hundreds are needed. The error is soon that of one mode, which each sweep there and back
-/// multiplies by the same ratio r. Once r is steady, the impulses are led on by r / (1 - r) times
-/// their last change, to where that mode ends, and within Coulomb's cones. [Aitken 1926]
+/// multiplies by the same ratio r. Once r is steady, the impulses are extrapolated by r / (1 - r)
+/// times their last change, to the limit of that mode, and projected to Coulomb's cones. [Aitken
+/// 1926]
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,36 +18,38 @@ namespace pantin::detail::articulated {
 class Extrapolation {
  public:
   Extrapolation(const Group& g, int most_sweeps)
-      : g_(g), acts_(g.contacts.size() <= kMostContacts), last_lead_(most_sweeps - kSweepsAfter) {}
+      : g_(g),
+        acts_(g.contacts.size() <= kMostContacts),
+        last_extrapolation_(most_sweeps - kSweepsAfter) {}
 
   /// After a sweep that changed speeds by `most`, m/s.
   void follow(Real most) {
     if (!acts_ || ++sweeps_ < kPlainSweeps || sweeps_ % 2 != 0) return;
     const Real ratio = most / most_;
     const bool is_steady = std::abs(ratio - ratio_) < kSteady * ratio;
-    const bool is_sound = ratio > kSlow && ratio < kStill && most < led_at_;
-    const bool leads = is_steady && is_sound && sweeps_ < last_lead_;
+    const bool is_sound = ratio > kSlow && ratio < kStill && most < extrapolated_at_;
+    const bool extrapolates = is_steady && is_sound && sweeps_ < last_extrapolation_;
     const Real by = ratio / (1 - ratio);
     for (std::size_t i = 0; i < g_.contacts.size(); ++i) {
       GroupContact& c = g_.contacts[i];
       const Vec3 swept = c.impulse;
-      if (leads && c.works) lead(c, swept + by * (swept - last_[i]));
+      if (extrapolates && c.works) move(c, swept + by * (swept - last_[i]));
       last_[i] = swept;
     }
-    if (leads) led_at_ = most;
-    ratio_ = leads ? 0 : ratio, most_ = most;
+    if (extrapolates) extrapolated_at_ = most;
+    ratio_ = extrapolates ? 0 : ratio, most_ = most;
   }
 
  private:
-  /// Sweeps before the first that is looked at: most groups need no more. Sweeps at least after one
-  /// that was led on: these remove the energy that it may have added.
+  /// Sweeps before the first that is looked at: most groups need no more. Sweeps at least after an
+  /// extrapolation: these remove the energy that it may have added.
   static constexpr int kPlainSweeps = 8, kSweepsAfter = 12;
   static constexpr std::size_t kMostContacts = 48;
   /// Relative change of a steady ratio; ratios below which sweeps converge soon; above which bodies
   /// may be jammed, and impulses grow without end.
   static constexpr Real kSteady = 0.03, kSlow = 0.5, kStill = 0.96;
 
-  void lead(GroupContact& c, Vec3 to) {
+  void move(GroupContact& c, Vec3 to) {
     to.x = std::max(Real(0), to.x);
     const Real aside = std::hypot(to.y, to.z), bound = c.friction * to.x;
     if (aside > bound) to.y *= bound / aside, to.z *= bound / aside;
@@ -58,9 +61,9 @@ class Extrapolation {
 
   const Group& g_;
   bool acts_;
-  int last_lead_, sweeps_ = 0;
+  int last_extrapolation_, sweeps_ = 0;
   Real most_ = 0, ratio_ = 0;  // of the last pair of sweeps
-  Real led_at_ = std::numeric_limits<Real>::infinity();
+  Real extrapolated_at_ = std::numeric_limits<Real>::infinity();
   std::array<Vec3, kMostContacts> last_;
 };
 

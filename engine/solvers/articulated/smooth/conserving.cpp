@@ -55,10 +55,9 @@ void set_anchors(const World& world, Island& a, const StepPart& part) {
 constexpr Real kTurnAlone = 0.2, kTurnHeld = 1.6;
 constexpr Real kShortestAlone = kParts / 64, kShortestHeld = kParts / 16;
 
-/// Length of the first substep: fast rotations need shorter ones. Not with hinges, where thin
-/// bodies follow the rotation of their parents about their axes.
+/// Length of the first substep of bodies on free ball joints: fast rotations need shorter ones. Not
+/// with hinges, where thin bodies follow the rotation of their parents about their axes.
 Real first_part(const World& world, const Island& a, Real h) {
-  if (!a.joints.empty() && !opens_limits(a)) return kParts;
   Real spin2 = 0;
   for (const std::uint32_t slot : std::span(a.slots).first(a.count())) {
     const Vec3 w = world.bodies.values()[slot].angular_velocity;
@@ -160,7 +159,7 @@ PartedStep begin_parts(World& world, Island& a, Real h) {
   std::fill(a.scratch.cable_rows.begin(), a.scratch.cable_rows.end(), CableRow::open);
   s.opens = opens_limits(a);
   s.left = s.bent = kParts;
-  s.longest = s.part = s.usual = first_part(world, a, h);
+  s.longest = s.part = s.usual = a.joints.empty() || s.opens ? first_part(world, a, h) : kParts;
   return s;
 }
 

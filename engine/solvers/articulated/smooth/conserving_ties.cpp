@@ -67,6 +67,7 @@ void load_taut(ConservingTie& t) {
   PANTIN_ASSERT(t.kind == TieKind::taut);
   const auto load = load_of_taut(CableSpan<Vec3>{t.before, t.now}, t.mu);
   t.mu = load.mu, t.across = load.across;
+  if (!t.grounded) return;
   Vec3 columns[3];
   turn_taut(t.across, columns);
   t.derivative = Mat3(columns[0], columns[1], columns[2]);

@@ -64,7 +64,6 @@ struct LaneRoom {
   const std::size_t wide = kernels().lanes;
   std::vector<Real> numbers, table, gains;
   std::vector<std::uint32_t> rows;
-  std::array<std::vector<CableRow>, kMostAbreast> cable_rows;  // before the substep
 
   /// Grows to the size that the islands need, and keeps it from step to step.
   void fit(const Island& a, const LaneTies* of) {
@@ -72,7 +71,6 @@ struct LaneRoom {
     if (!of) return;
     grow(table, kLaneCableRows * wide * of->count), grow(gains, wide * of->count);
     grow(rows, lane_tie_rows(*of, a.count()));
-    for (std::vector<CableRow>& own : cable_rows) grow(own, of->count);
   }
 
  private:
@@ -202,6 +200,7 @@ void take_parts_together(World& world, CrowdScratch& crowd, std::span<const std:
   std::array<LaneOutcome, kMostAbreast> outcomes{};
   for (std::size_t l = 0; l < going.size(); ++l) {
     Island& a = *step(l).island;
+    a.scratch.cable_rows_before = a.scratch.cable_rows;
     inputs[l] = begin_part(world, a, step(l).parts);
     parts[l].emplace(tied_part(step(l).parts));
     lanes[l].emplace(Lane{{world, a, inputs[l].h, *parts[l]}, room, l});
@@ -209,7 +208,6 @@ void take_parts_together(World& world, CrowdScratch& crowd, std::span<const std:
     limits[l] = open_limits(*open[l]);
     if (step(l).parts.opens) inputs[l].limits = &limits[l];
     if (tied) write_ties(*lanes[l]);
-    std::copy(a.scratch.cable_rows.begin(), a.scratch.cable_rows.end(), room.cable_rows[l].begin());
     islands[l] = lane_island(world, *lanes[l], inputs[l]);
   }
   kernels().conserve_lanes({going.size(), islands.data(), tied, room.table.data(), room.rows.data(),
@@ -217,7 +215,7 @@ void take_parts_together(World& world, CrowdScratch& crowd, std::span<const std:
   for (std::size_t l = 0; l < going.size(); ++l) {
     Island& a = *step(l).island;
     if (outcomes[l] == LaneOutcome::alone) {
-      std::copy_n(room.cable_rows[l].begin(), a.cables.size(), a.scratch.cable_rows.begin());
+      a.scratch.cable_rows = a.scratch.cable_rows_before;
       step(l).parts.opens = step(l).parts.opens && open[l]->are_clear;
       take_part(world, a, step(l).parts);
       continue;
