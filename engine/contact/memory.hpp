@@ -43,6 +43,12 @@ inline bool precedes(const Contact& c, const Contact& d) {
   return std::tie(c.slot_a, c.slot_b, c.key) < std::tie(d.slot_a, d.slot_b, d.key);
 }
 
+/// Where a body stood.
+struct Placed {
+  Entity body;
+  Pose pose;
+};
+
 /// Scratch memory of contact detection; not part of the state.
 struct DetectScratch {
   std::vector<Real> reach;  // m, by body slot: how far its surface may move in the step
@@ -54,6 +60,7 @@ struct DetectScratch {
   std::vector<Contact> before, woken, fallen;
   std::uint64_t rest_version = 0;        // Partition::rest_version at the last update of `resting`
   std::vector<std::uint8_t> still;       // parallel to Partition::kinematic: whether it was at rest
+  std::vector<Placed> placed;            // kinematic bodies, at the end of the last step
   std::vector<CollisionFilter> filters;  // by slot in World::collisions, at the last comparison
   int resting_active = 0;                // active contacts in Memory::resting
   Real resting_depth = 0;                // m, the largest depth in Memory::resting

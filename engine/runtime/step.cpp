@@ -141,11 +141,37 @@ bool detect_contacts(World& world, const StepTask& task) {
   return true;
 }
 
+/// Restarts kinematic bodies whose pose the caller changed without giving them a velocity, and
+/// wakes what rests on them.
+void restart_moved(World& world) {
+  bool any = false;
+  for (const contact::Placed& before : world.memory.of<contact::Memory>().scratch.placed) {
+    Body* const b = world.bodies.find(before.body);
+    if (!b || b->motion != Motion::kinematic || contact::moves(*b)) continue;
+    const Pose& to = b->pose;
+    if (to.position == before.pose.position && to.rotation == before.pose.rotation) continue;
+    b->restart = any = true;
+  }
+  if (!any) return;
+  const auto jumps = [&](std::uint32_t slot) {
+    const Body& b = world.bodies.values()[slot];
+    return b.motion == Motion::kinematic && b.restart;
+  };
+  each_contact(world, [&](const Contact& c) {
+    for (const auto& [slot, other] : {std::pair(c.slot_a, c.slot_b), std::pair(c.slot_b, c.slot_a)})
+      if (jumps(other) && owner_of(partition_of(world), slot))
+        world.bodies.values()[slot].restart = true;
+  });
+}
+
 /// Clears the restart and teleport flags of kinematic bodies once the step has used them.
 void clear_requests(World& world) {
+  auto& placed = world.memory.of<contact::Memory>().scratch.placed;
+  placed.clear();
   for (const std::uint32_t slot : partition_of(world).kinematic) {
     Body& b = world.bodies.values()[slot];
     b.restart = b.teleport = false;
+    if (b.motion == Motion::kinematic) placed.push_back({world.bodies.owners()[slot], b.pose});
   }
 }
 
@@ -308,6 +334,7 @@ void predict(Step& s) {
   wake_unsupported(world);
   take_over(world, s.task.h);
   check_kinematic_bodies(world, s.report);
+  restart_moved(world);
   for (const SolverRow* solver : kSolvers)
     if (solver->wake_changed) solver->wake_changed(world, s.task);
   list_awake(world);

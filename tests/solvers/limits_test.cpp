@@ -190,6 +190,32 @@ TEST_CASE("chains within cones: no violation, no gap, no energy gained, in all 5
       }
 }
 
+TEST_CASE("a cone of zero, or next to zero, is a hinge about the limb") {
+  for (const Real cone : {0.0, 1e-5, 1e-3}) {
+    CAPTURE(cone);
+    JointLimits narrow;
+    narrow.swing = {true, cone, cone};
+    const ChainSpec spec{.links = 4, .angle = kPi / 3};
+    World cones = jointed_chain(spec, JointKind::ball, narrow), hinges = cones;
+    for (std::size_t i = 1; i < hinges.links.size(); ++i) {
+      Joint& j = hinges.links.values()[i].joint;
+      j.kind = JointKind::hinge, j.limits = JointLimits{};
+    }
+    hinges.mark_dirty();
+    Simulation a = Simulation::copy_of(cones, {1.0 / 60}),
+               b = Simulation::copy_of(hinges, {1.0 / 60});
+    const Real first = measure(a.world).energy();
+    for (int i = 0; i < 240; ++i) {
+      REQUIRE(a.step().status == Status::ok);
+      b.step();
+      CHECK(measure(a.world).energy() <= first + 1e-6 * std::abs(first));
+    }
+    for (std::size_t i = 0; i < cones.bodies.size(); ++i)
+      CHECK(glm::length(a.world.bodies.values()[i].pose.position -
+                        b.world.bodies.values()[i].pose.position) < 1e-9);
+  }
+}
+
 TEST_CASE("a cantilever falls into its stops and is still within 10 s") {
   // Held level by a fixed joint; every joint may bend by 4 degrees, so that all lie at their stops.
   ChainSpec spec;

@@ -392,3 +392,31 @@ TEST_CASE("the list of who is awake follows bodies that are destroyed within a s
   CHECK(done);
   CHECK(sim.findings().empty());
 }
+
+TEST_CASE("sleepers follow a platform that the caller moves without giving its velocity") {
+  for (const Real rate : {-1.0, 1.0}) {
+    CAPTURE(rate);
+    World w;
+    Collision solid;
+    solid.others = true;
+    const Entity platform =
+        add_solid(w, box_shape(Vec3(1, 0.1, 1)), {{0, 2, 0}, kIdentity}, Motion::kinematic, solid);
+    const Entity box =
+        add_solid(w, box_shape(Vec3(0.2)), {{0, 2.3, 0}, kIdentity}, Motion::dynamic, solid);
+    Simulation sim = Simulation::copy_of(w);
+    for (int i = 0; i < 300; ++i) sim.step();
+    REQUIRE(is_asleep(sim.world, box));
+    for (int i = 0; i < 30; ++i) {
+      sim.world.bodies[platform].pose.position.y += rate / 60;
+      sim.step();
+    }
+    const Real above =
+        sim.world.bodies[box].pose.position.y - sim.world.bodies[platform].pose.position.y;
+    CHECK(above > 0.2);
+    CHECK(above < 0.4);
+    for (int i = 0; i < 300; ++i) sim.step();
+    CHECK(is_asleep(sim.world, box));
+    CHECK(sim.world.bodies[box].pose.position.y ==
+          Approx(sim.world.bodies[platform].pose.position.y + 0.3).margin(1e-3));
+  }
+}

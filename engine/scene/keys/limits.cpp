@@ -16,7 +16,10 @@ constexpr Key kLimits[] = {
     angles_deg("angle_deg", "The same."),
     angles("twist", "Of a ball about x: minimum and maximum."),
     angles_deg("twist_deg", "The same."),
-    angle("cone", "Of a ball: maximum swing of x, half the cone's opening, 0 to half a turn."),
+    angle("cone",
+          "Of a ball: maximum swing of x, half the cone's opening, 0 to half a turn. Less than "
+          "1e-3 rad "
+          "makes the joint a hinge about x under \"auto\"."),
     angle_deg("cone_deg", "The same."),
     angles("swing",
            "Of a ball: half openings of an elliptic cone, for swings about y and about z, 0 to "

@@ -253,12 +253,25 @@ void set_constants(Island& a, std::size_t c, const Body& body) {
   a.constants.at(kGravityScale, c) = body.gravity_scale;
 }
 
+/// rad: a ball joint whose cone is narrower is a hinge about the twist's axis, since the direction
+/// in which such a cone is left is lost to rounding.
+constexpr Real kLockedSwing = 1e-3;
+
+/// The joint as this solver takes it.
+Joint as_solved(Joint joint) {
+  const SwingLimit& swing = joint.limits->swing;
+  if (joint.kind != JointKind::ball || !swing.on || std::max(swing.y, swing.z) > kLockedSwing)
+    return joint;
+  joint.kind = JointKind::hinge, joint.limits.edit().swing.on = false;
+  return joint;
+}
+
 /// The joint of a column; stiff if it constrains rotations.
 PackedJoint packed_joint(const World& world, std::uint32_t link, std::uint32_t body_slot) {
   PackedJoint j;
   if (link == kNoSlot) return j;
   const Link& l = world.links.values()[link];
-  j.joint = l.joint;
+  j.joint = as_solved(l.joint);
   PANTIN_ASSERT((world.bodies.slot(l.a) == body_slot) != (world.bodies.slot(l.b) == body_slot));
   j.own_is_a = world.bodies.slot(l.a) == body_slot;
   const JointDrive* drive = world.joint_drives.find(world.links.owners()[link]);

@@ -161,11 +161,12 @@ struct GroupTree {
   Vec3 before{0};           // m/s, of a free tree's mass centre, before forces
   Real energy_removed = 0;  // J, from all of the group over the step
   bool touched = false;
-  bool stands = false;                // in a part of a step solved by rest_group()
-  bool has_loops = false;             // its island has rigid ties
-  std::uint32_t loops = kNoNode;      // its GroupLoops, in the group
-  std::uint32_t first_tie = kNoNode;  // the first rigid tie on this tree
-  bool is_tied_outside = false;       // to other trees or to fixed points
+  bool can_be_held = false, is_held = false;  // see hold_contacts()
+  bool stands = false;                        // in a part of a step solved by rest_group()
+  bool has_loops = false;                     // its island has rigid ties
+  std::uint32_t loops = kNoNode;              // its GroupLoops, in the group
+  std::uint32_t first_tie = kNoNode;          // the first rigid tie on this tree
+  bool is_tied_outside = false;               // to other trees or to fixed points
 };
 
 /// Where two bodies of a group touch.

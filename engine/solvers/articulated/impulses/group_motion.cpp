@@ -1,8 +1,10 @@
-// Motion of trees in contact: bodies rotate by their spins, then joints place them.
+// Motion of trees in contact, once they are placed (group_placing.cpp): velocities at the end,
+// energy, joint forces; closing of loops and cables.
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
+#include "engine/solvers/articulated/impulses/group_placing.hpp"
 #include "engine/solvers/articulated/impulses/group_resting.hpp"
 #include "engine/solvers/articulated/impulses/group_threads.hpp"
 #include "engine/solvers/articulated/impulses/group_ties.hpp"
@@ -11,17 +13,12 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// m, in a substep: tolerance between the integrated pose and the pose that the joints allow.
-constexpr Real kPoseTolerance = 1e-5;
-constexpr int kMostRounds = 4;
 /// The loop equations are rebuilt while a gap exceeds this multiple of GroupLoops::open.
 constexpr Real kNearlyClosed = 1.5;
 /// Smallest fraction of a loop-closing step; it is halved while it would widen the gap.
 constexpr Real kSmallestShare = 0.05;
 /// Relative change of velocity by joints from which the prevented motion is lost in full.
 constexpr Real kFastWay = 0.05;
-/// rad, in one correction.
-constexpr Real kFarthestTurn = 0.1;
 /// Fraction of a cable's length: one that is longer by more is shortened by moving bodies.
 constexpr Real kTooLong = 1e-5;
 
@@ -41,148 +38,6 @@ Vec3 turned_momentum(Vec3 momentum, Vec3 inertia, Real h) {
     next -= glm::inverse(slope) * left;
   }
   return next;
-}
-
-/// A tree without an anchor.
-bool is_free(const Group& g, const GroupTree& t) { return g.nodes[t.first].free_root; }
-
-Vec3 own_velocity(const GroupBody& b, const GroupNode& n) { return speed_at(b, n.arm); }
-
-/// The axis about which a body is most nearly symmetric.
-int symmetry_axis(Vec3 inertia) {
-  const Vec3 apart(std::abs(inertia.y - inertia.z), std::abs(inertia.z - inertia.x),
-                   std::abs(inertia.x - inertia.y));
-  return apart.x <= apart.y && apart.x <= apart.z ? 0 : apart.y <= apart.z ? 1 : 2;
-}
-
-/// Rotates a body by its spin. The spin about its symmetry axis is carried along with the axis, so
-/// that a body rolling on its side stays there.
-Quat turned(const GroupBody& b, const GroupNode& n, Real h) {
-  const int k = symmetry_axis(n.inertia);
-  Vec3 inside = glm::conjugate(n.rotation) * b.spin, about(0);
-  about[k] = inside[k], inside[k] = 0;
-  return glm::normalize(n.rotation * from_rotation_vector(h * inside) *
-                        from_rotation_vector(h * about));
-}
-
-/// The rotation of a body, projected to what the kind and limits of its joint allow.
-Quat as_allowed(const GroupNode& n, Quat q, Quat parent) {
-  if (!n.joint) return q;
-  const Joint& joint = n.joint->joint;
-  if (turns_of(joint.kind) == Turns::freely && !n.is_limited) return q;
-  const Quat turned = joint_rotation(*n.joint, q, parent);
-  const Quat allowed = allowed_rotation(joint, turned);
-  return allowed == turned ? q : own_rotation(*n.joint, parent, allowed);
-}
-
-/// The anchor of a tree at one time: rotation of the anchor body, position of the anchor.
-struct Moved {
-  Quat held{1, 0, 0, 0};
-  Vec3 anchor{0};
-};
-
-/// Forward kinematics: rotates each body to n.turned as far as its joint allows, then places it.
-void place_by_joints(const Group& g, const GroupTree& t, const Moved& to) {
-  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
-    const GroupNode& n = g.nodes[i];
-    GroupBody& b = g.bodies[n.body];
-    if (n.free_root) {
-      b.pose.rotation = n.turned;
-      continue;
-    }
-    PANTIN_ASSERT(n.parent == kNoNode || n.parent < i);
-    const GroupBody* p = n.parent == kNoNode ? nullptr : &g.bodies[g.nodes[n.parent].body];
-    b.pose.rotation = as_allowed(n, n.turned, p ? p->pose.rotation : to.held);
-    b.pose.position =
-        (p ? to_world(p->pose, n.parent_anchor) : to.anchor) - b.pose.rotation * n.own_anchor;
-  }
-}
-
-/// Distances between the bodies and their goals: the largest, m, and the sum of mass times
-/// distance squared.
-struct Miss {
-  Real largest = 0, sum = 0;
-};
-
-Miss miss_of(const Group& g, const GroupTree& t) {
-  Miss miss;
-  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
-    const GroupNode& n = g.nodes[i];
-    const Real way = glm::length(n.goal - g.bodies[n.body].pose.position);
-    miss.largest = std::max(miss.largest, way), miss.sum += n.mass * way * way;
-  }
-  return miss;
-}
-
-/// Replaces impulses in `passing` by the changes they make. Returns the largest rotation, rad.
-Real respond_to_impulses(const Group& g, const GroupTree& t) {
-  for (std::uint32_t i = t.first + t.count; i-- > t.first;) gather_impulse(g, i);
-  Real most = 0;
-  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
-    GroupNode& n = g.nodes[i];
-    follow_impulse(g, i);
-    n.kept = g.bodies[n.body].pose;
-    most = std::max(most, glm::length(n.passing.torque));
-  }
-  return most;
-}
-
-/// Sets n.turned to the pose rotated by this fraction of the changes in `passing`.
-void turn_by(const Group& g, const GroupTree& t, Real part) {
-  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
-    GroupNode& n = g.nodes[i];
-    GroupBody& b = g.bodies[n.body];
-    n.turned = glm::normalize(from_rotation_vector(part * n.passing.torque) * b.pose.rotation);
-    if (n.free_root) b.pose.position += part * n.passing.force;
-  }
-}
-
-void turn_back(const Group& g, const GroupTree& t) {
-  for (std::uint32_t i = t.first; i < t.first + t.count; ++i)
-    g.bodies[g.nodes[i].body].pose = g.nodes[i].kept;
-}
-
-/// Impulses towards the goals, weighted by mass, so that light links do not throw about the heavy
-/// bodies that hang on them.
-void push_towards_goals(const Group& g, const GroupTree& t) {
-  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
-    GroupNode& n = g.nodes[i];
-    const Vec3 impulse = n.mass * (n.goal - g.bodies[n.body].pose.position);
-    n.passing = {impulse, glm::cross(n.arm, impulse)};
-  }
-}
-
-/// Places the bodies by their joints, then minimises the mass-weighted distances to their goals by
-/// rotations (Gauss-Newton steps). They would turn bodies on which a tree stands.
-void close_joints(const Group& g, const GroupTree& t, const Moved& to) {
-  place_by_joints(g, t, to);
-  if (t.stands) return;
-  Miss miss = miss_of(g, t);
-  for (int round = 0; round < kMostRounds && miss.largest > kPoseTolerance; ++round) {
-    push_towards_goals(g, t);
-    // The response is linearised: limit the largest rotation.
-    turn_by(g, t, kFarthestTurn / std::max(kFarthestTurn, respond_to_impulses(g, t)));
-    place_by_joints(g, t, to);
-    const Miss now = miss_of(g, t);
-    if (!(now.sum < miss.sum)) return turn_back(g, t);
-    miss = now;
-  }
-}
-
-Moved place_of(const GroupTree& t, Real fraction) {
-  return {held_rotation_at(t, fraction), t.from + fraction * (t.to - t.from)};
-}
-
-/// Integrates poses without regard to joints: goals of positions and rotations.
-void set_goals(const Group& g, GroupTree& t, const GroupPart& part) {
-  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
-    GroupNode& n = g.nodes[i];
-    GroupBody& b = g.bodies[n.body];
-    n.goal = b.pose.position + part.h * own_velocity(b, n);
-    n.turned = turned(b, n, part.h);
-    if (n.free_root) b.pose.position = n.goal;
-    t.touched = t.touched || b.touched;
-  }
 }
 
 /// Stores the joints' corrections of positions; keeps the mass centre of a free tree on its path.
@@ -362,11 +217,9 @@ void release_tree(const Group& g, GroupTree& t, const GroupPart& part) {
 }  // namespace
 
 void move_trees(const Group& g, const GroupPart& part) {
-  for_each_tree(g, [&](GroupTree& t) {
-    set_goals(g, t, part);
-    close_joints(g, t, place_of(t, part.end));
-    keep_mass_centre(g, t, part);
-  });
+  for_each_tree(g, [&](GroupTree& t) { place_tree(g, t, part); });
+  hold_contacts(g, part);
+  for_each_tree(g, [&](GroupTree& t) { keep_mass_centre(g, t, part); });
 }
 
 bool are_open(const Group& g, Real times) {

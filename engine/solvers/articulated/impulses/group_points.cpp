@@ -9,8 +9,6 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// m/s: the fastest separation of overlaps.
-constexpr Real kPushSpeed = 1;
 /// Iterations of one impact at a point, and at several, and the relative change that ends them:
 /// friction rotates bodies that are not round, which changes the separating speed of the point.
 constexpr int kStrikeIterations = 32, kBlowIterations = 400;
@@ -26,6 +24,10 @@ Real push_speed(const GroupContact& c, const Substep& s) {
   return c.gap < (s.alone ? -c.shallow : 0) ? std::min(-0.2 * c.gap / s.h, kPushSpeed) : 0;
 }
 
+/// Fraction of its arm by which a contact may move over a body in half a substep. One that jumps,
+/// as across the face of a drum that tilts, is not followed: the responses, which are measured
+/// there, would be far from symmetric, and sweeps would diverge.
+constexpr Real kFarLed = 0.2;
 constexpr std::size_t kMostRows = 3 * kMostPoints + 3, kMostStride = padded(kMostRows);
 
 /// Active contacts of a pair as rows of its responses.
@@ -219,10 +221,19 @@ void place(const Group& g, GroupContact& c) {
 }
 
 void lead(const Group& g, GroupContact& c, Real h) {
-  const auto arm = [&](const GroupBody& body, const contact::TouchedPlace& on, Vec3 outward) {
-    return on.at(from_rotation_vector(0.5 * h * body.spin) * body.pose.rotation, outward);
+  bool jumps = false;
+  const auto led = [&](const GroupBody& body, const contact::TouchedPlace& on, Vec3 arm,
+                       Vec3 outward) {
+    const Quat turn = from_rotation_vector(0.5 * h * body.spin);
+    const Vec3 at = on.at(turn * body.pose.rotation, outward);
+    const Vec3 round = at - arm, fixed = at - turn * arm;  // on a round shape; of a corner
+    const Real way2 = std::min(glm::dot(round, round), glm::dot(fixed, fixed));
+    jumps = jumps || way2 > kFarLed * kFarLed * glm::dot(arm, arm);
+    return at;
   };
-  c.lead_a = arm(g.a(c), c.on_a, -c.axes[0]), c.lead_b = arm(g.b(c), c.on_b, c.axes[0]);
+  const Vec3 on_a = led(g.a(c), c.on_a, c.arm_a, -c.axes[0]),
+             on_b = led(g.b(c), c.on_b, c.arm_b, c.axes[0]);
+  if (!jumps) c.lead_a = on_a, c.lead_b = on_b;
 }
 
 void prepare_pair(const Group& g, GroupPair& p) {
@@ -255,6 +266,24 @@ void Blow::add(GroupContact& c, Real speed) {
   points_[count_++] = {&c, speed, Vec3(0)};
 }
 
+namespace {
+
+/// The share of an impact's impulses that adds no energy. Friction may turn the slip around, and
+/// would then do work until Newton's law of restitution is met. [Stronge 1990]
+Real dissipative_share(const PairIteration& after, const Real* before) {
+  Real work = 0, by_friction = 0, at_first = 0;  // twice the works
+  for (std::size_t row = 0; row < 3 * after.points; ++row) {
+    const Real impulse = after.at[row / 3].impulse[row % 3];
+    const Real twice = impulse * (before[row] + after.speeds[row]);
+    work += twice, at_first += 2 * impulse * before[row];
+    if (row % 3 > 0) by_friction += twice;
+  }
+  if (!(by_friction > 0) || !(work > 0) || !(at_first < 0)) return 1;
+  return at_first / (at_first - work);
+}
+
+}  // namespace
+
 void Blow::solve(const Pair& pair) {
   GroupContact at_once[kMostPoints];
   PairRows r;
@@ -272,6 +301,8 @@ void Blow::solve(const Pair& pair) {
     set_speeds(pair, at_once[i], speeds + 3 * i);
     at[i] = point_of(at_once[i], {points_[i].speed, points_[i].speed, {}});
   }
+  Real before[kMostStride];
+  std::copy(speeds, speeds + r.stride(), before);
   PairIteration of{r.points, r.stride(), false, at, responses, speeds};
   Real first = 0;
   for (int n = 0; n < (r.points > 1 ? kBlowIterations : kStrikeIterations); ++n) {
@@ -280,7 +311,8 @@ void Blow::solve(const Pair& pair) {
     if (now <= kStruckEnough * first) break;
     of.backwards = r.points > 1 && !of.backwards;
   }
-  for (std::size_t i = 0; i < r.points; ++i) points_[i].impulse = impulse_of(at[i]);
+  const Real share = dissipative_share(of, before);
+  for (std::size_t i = 0; i < r.points; ++i) points_[i].impulse = share * impulse_of(at[i]);
 }
 
 Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, Order order) {

@@ -32,6 +32,8 @@ struct Substep {
 inline constexpr std::size_t kFewBodies = 3;
 /// m/s: least closing speed of an impact with restitution; least one that divides a substep.
 inline constexpr Real kLeastBlow = 0.05, kLeastTimed = 0.5;
+/// m/s: the fastest separation of overlaps.
+inline constexpr Real kPushSpeed = 1;
 
 /// Half of the drag, in a substep before the forces and again after the contacts: so drag does not
 /// reduce the load of bodies at rest.

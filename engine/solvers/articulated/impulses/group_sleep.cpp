@@ -101,7 +101,9 @@ void let_sleep(World& world, const Group& g, Real h) {
     const bool dead = speed < kDead * slow && spin < kTurning * kDead * slow;
     if (!dead) part |= kAlive;
     const bool settles = dead && (part & kUnsettled) == 0;
-    if (drives || !(rested || a.quiet_time > (settles ? kTimeToSleep : patience))) part |= kMoves;
+    const bool is_parting = g.trees.empty() && (part & kDeep) != 0;
+    if (drives || is_parting || !(rested || a.quiet_time > (settles ? kTimeToSleep : patience)))
+      part |= kMoves;
   }
   for (const GroupTie& t : g.ties) {
     const bool is_slack = t.kind != GroupTie::Kind::cable || t.passed.x == 0;

@@ -13,8 +13,8 @@
 #include <optional>
 
 #include "engine/base/rotation.hpp"
-#include "engine/solvers/articulated/impulses/extrapolation.hpp"
 #include "engine/solvers/articulated/impulses/group_lanes.hpp"
+#include "engine/solvers/articulated/impulses/group_sweeps.hpp"
 #include "engine/solvers/articulated/impulses/group_ties.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/articulated/procedural/push_out.hpp"
@@ -28,26 +28,11 @@ namespace {
 constexpr std::size_t kFewPoints = 32;
 /// Most sections of a substep, which is divided at impacts.
 constexpr int kMostParts = 6;
-/// m/s: tolerance with rolling friction. Its distribution among points is not unique, and
-/// iterations may go on exchanging it without changing the motion.
-constexpr Real kEnoughOfRolling = 1e-7;
-/// Tolerances relative to 1 m/s plus the speed: one body, few bodies, few bodies without friction.
-constexpr Real kEnoughAlone = 1e-12, kEnoughOfFew = 1e-6, kEnoughWhereSmooth = 1e-10;
-/// Tolerance relative to the change of the first sweep, of a body alone.
-constexpr Real kOfFirst = 1e-6;
-constexpr int kHardSweeps = 100, kSweepsOfFew = 1000, kBlowSweeps = 30, kSmoothBlowSweeps = 1600,
-              kRollingSweeps = 20;
-/// Friction at two points of a line, as of a cone on its side, may require two speeds along it that
-/// differ by the error of the step: sweeps then exchange friction for ever. Sweeps end once changes
-/// are below the first (relative to 1 m/s plus the speed) and fall by less than the second.
-constexpr Real kExchange = 1e-6, kStalled = 0.02;
-/// Fraction of a tie's gap that is closed in a substep.
-constexpr Real kTieReturn = 0.5;
+/// Tolerances relative to 1 m/s plus the speed: one body, few bodies without friction.
+constexpr Real kEnoughAlone = 1e-12, kEnoughWhereSmooth = 1e-10;
+constexpr int kSweepsOfFew = 1000, kBlowSweeps = 30, kSmoothBlowSweeps = 1600, kRollingSweeps = 20;
 /// Factor on GroupLoops::open at the end of a step.
 constexpr Real kLeftOpen = 1e-3;
-/// m/s: tolerances of sweeps over trees and lanes, for the change of a contact's speed. Colour by
-/// colour an impact passes from pair to pair only, in the order of pairs along a whole row.
-constexpr Real kEnoughAtImpact = 0.06, kEnoughAtFewPoints = 3e-3;
 /// Pairs of a group above which it is swept less often: a large pile always has an impact
 /// somewhere.
 constexpr std::size_t kManyToSweep = 96;
@@ -59,36 +44,13 @@ constexpr Real kSubstepOfFewPoints = 1 / 470.0;
 /// A contact with an impulse above kBlow times the previous one is an impact. A load moves no
 /// faster than kLoadSpeed, m/s, with friction below the fraction kHeld of its bound.
 constexpr Real kBlow = 10, kLoadSpeed = 0.2, kHeld = 0.99995;
-/// Energy gain of a substep, as a fraction, above which the impulses are solved again from zero.
-constexpr Real kSlightGain = 0.01;
+/// Sweeps from zero where truncated ones added energy.
 constexpr int kSweepsFromNone = 12;
 /// Multiples of the deepest overlap: half-spaces of nearly opposite normals, as of a body that fits
 /// exactly between two walls, meet farther away, where nothing holds it.
 constexpr Real kFarthestOut = 20;
 /// s: at rest, compressions are compensated at once.
 constexpr Real kForGood = std::numeric_limits<Real>::infinity();
-/// One sweep: actuators, limits, then springs and cables, then contacts, then loops.
-Real sweep_group(const Group& g, const Substep& s, Sweep sweep, Order order) {
-  solve_actuators(g, s.h);
-  const LimitSpring before{s.before_limits, sweep == Sweep::solves ? &s.against_fixed : nullptr};
-  const Real limited = solve_limits(g, s.reach, before);
-  const Real part = sweep == Sweep::solves ? kTieReturn : 0;
-  begin_loops(g, s.h, part);
-  Real most = s.few_points ? limited : 0;
-  for (std::size_t i = 0; i < g.ties.size(); ++i) {
-    GroupTie& t = g.ties[order == Order::forwards ? i : g.ties.size() - 1 - i];
-    if (t.kind != GroupTie::Kind::rigid) most = std::max(most, solve_tie(g, t, s.h, part));
-  }
-  most = std::max(most, sweep_contacts(g, s, sweep, order));
-  end_loops(g);
-  return most;
-}
-/// Applies weight and forces over a time h.
-void accelerate(GroupBody& b, Real h) {
-  b.velocity += h * b.acceleration, b.angular_momentum += h * b.torque;
-  b.spin = b.response * b.angular_momentum;
-}
-
 /// Whether a contact carries bodies that hardly move and do not slide. Its warm start is the last
 /// impulse, otherwise the smaller of the last two.
 bool is_load(const Group& g, const GroupContact& c) {
@@ -119,59 +81,6 @@ void warm_start(const Group& g) {
   for (GroupRolling& r : g.rollings) push(g, r);
 }
 
-bool has_friction(const Group& g) {
-  return std::any_of(g.contacts.begin(), g.contacts.end(),
-                     [](const GroupContact& c) { return c.works && c.friction > 0; });
-}
-
-/// Whether the group consists of free bodies on inextensible cables.
-bool is_tied(const Group& g) { return g.trees.empty() && has_cables(g); }
-
-/// Decides when sweeps over a group end.
-class Ending {
- public:
-  Ending(const Group& g, const Substep& s) : is_alone_(s.alone) {
-    may_exchange_ = s.hard && has_friction(g);
-    const Real speed = 1 + glm::length(g.bodies.front().velocity);
-    enough_ = s.strikes || (is_tied(g) && !s.in_haste) ? kEnoughOfFew * speed
-              : s.few_points                           ? s.enough
-              : !s.hard                                ? kEnoughAtImpact
-              : g.rollings.empty()                     ? s.enough
-                                                       : kEnoughOfRolling * speed;
-    exchange_ = kExchange * speed;
-  }
-  /// After a sweep that changed speeds by `most`, m/s.
-  bool is_reached(Real most) {
-    const bool stalls = may_exchange_ && most <= exchange_ && most >= (1 - kStalled) * before_;
-    if (is_alone_ && before_ == kNothingYet) enough_ = std::max(enough_, kOfFirst * most);
-    before_ = most;
-    return most <= enough_ || stalls;
-  }
-
- private:
-  static constexpr Real kNothingYet = std::numeric_limits<Real>::infinity();
-  bool may_exchange_ = false, is_alone_;
-  Real enough_ = 0, exchange_ = 0, before_ = kNothingYet;
-};
-
-void add_passed(const Group& g) {
-  for (GroupContact& c : g.contacts) c.passed += c.impulse;
-  for (GroupRolling& r : g.rollings) r.passed += r.impulse;
-  for (GroupTie& t : g.ties) t.passed += t.impulse;
-}
-
-void scale_impulses(const Group& g, Real by) {
-  for (GroupContact& c : g.contacts) c.impulse *= by;
-  for (GroupRolling& r : g.rollings) r.impulse *= by;
-}
-
-/// Spin from the angular momentum, with the inertia of the body rotated on by a time h: a substep
-/// uses the inertia at its middle.
-void turn_inertia(GroupBody& b, Real h) {
-  b.response = inverse_inertia(b, from_rotation_vector(h * b.spin) * b.pose.rotation);
-  b.spin = b.response * b.angular_momentum;
-}
-
 /// Rescales stored impulses to a substep whose length is multiplied by `by`.
 void change_length(const Group& g, Real by) {
   scale_impulses(g, by);
@@ -181,44 +90,6 @@ void change_length(const Group& g, Real by) {
     n.pulled *= by, n.pulled_earlier *= by;
     for (GroupLimit& limit : n.limits) limit.impulse *= by, limit.before *= by;
   }
-}
-
-/// Few bodies without joints: velocity Verlet, second order. Half of the forces and impulses act
-/// before the bodies move, so that gaps are right after it. The other half acts after it, so that
-/// contacts do not separate or approach. [Andersen 1983, RATTLE]
-void take_hard_substep(const Group& g, const Substep& s, Order order) {
-  for (GroupBody& b : g.bodies)
-    if (b.per_mass > 0) turn_inertia(b, 0.5 * s.h);
-  prepare_group(g, s);
-  collide_elastically(g, s);
-  bool jammed = false;
-  const auto act = [&](Sweep sweep) {
-    for (GroupBody& b : g.bodies)
-      if (b.per_mass > 0) slow_down(b, s.h), accelerate(b, 0.5 * s.h);
-    for (GroupContact& c : g.contacts)
-      if (c.impulse != Vec3(0)) push(g, c);
-    for (GroupRolling& r : g.rollings) push(g, r);
-    if (sweep == Sweep::relaxes) scale_impulses(g, 2);  // add those before the move
-    Ending ending(g, s);
-    Extrapolation extrapolation(g, s.most_sweeps);
-    for (int n = 0; n < s.most_sweeps; ++n) {
-      const Real most = sweep_group(g, s, sweep, turned(order, n));
-      const bool jams = n + 1 == (s.alone ? s.most_sweeps : kHardSweeps) && is_jammed(g, s, most);
-      jammed = jammed || jams;
-      if (jams || ending.is_reached(most)) break;
-      extrapolation.follow(most);
-    }
-  };
-  scale_impulses(g, 0.5);
-  act(Sweep::solves);
-  for (GroupBody& b : g.bodies) move(b, b.velocity, s.h);
-  prepare_touching(g);
-  act(Sweep::relaxes);
-  add_passed(g);
-  if (!jammed) return;
-  // Opposing impulses would grow from substep to substep until friction slips.
-  scale_impulses(g, 0);
-  for (GroupBody& b : g.bodies) b.jammed = b.jammed || b.per_mass > 0;
 }
 
 /// Whether impulses may only remove energy, which truncated sweeps have to respect.

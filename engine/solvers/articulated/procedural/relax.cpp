@@ -47,16 +47,27 @@ CableEnds ends_of(const World& world, const Island& a, const PackedCable& cord) 
                                       : point_on(world, cord.slot_b, s.anchor_b)};
 }
 
+/// m: how long a cable may be. An elastic one, whose force does not act here, may not stretch
+/// further than at the start of the step: it would store energy that the bodies do not lose. Only
+/// `auto` has elastic cables.
+Real longest(const World& world, const PackedCable& cord) {
+  const CableParameters& s = world.cables.values()[cord.cable].joint;
+  if (s.compliance == 0) return s.length;
+  const Vec3 before =
+      point_on(world, cord.slot_b, s.anchor_b) - point_on(world, cord.slot_a, s.anchor_a);
+  return std::max(s.length, glm::length(before));
+}
+
 /// Moves the packed end of a taut cable to the nearest point within its length.
 void pull_cable(const World& world, Island& a, const PackedCable& cord, MovingEnd preferred) {
   const CableParameters& s = world.cables.values()[cord.cable].joint;
   const bool has_a = cord.column_a != UINT32_MAX, has_b = cord.column_b != UINT32_MAX;
   const auto [pa, pb] = ends_of(world, a, cord);
-  const Real span = glm::length(pb - pa);
-  if (s.compliance > 0 || !(span > s.length * (1 + 1e-12))) return;
+  const Real span = glm::length(pb - pa), most = longest(world, cord);
+  if (!(span > most * (1 + 1e-12))) return;
   PANTIN_ASSERT(has_a || has_b);
   const bool move_b = has_b && (preferred == MovingEnd::b || !has_a);
-  const Vec3 way = s.length / span * (pb - pa);
+  const Vec3 way = most / span * (pb - pa);
   if (move_b)
     sweep_from(world, a, tree_of(a, cord.column_b), {cord.column_b, s.anchor_b, pa + way});
   else
@@ -85,11 +96,10 @@ Real worst_residual(const World& world, const Island& a) {
   Real worst = 0;
   for (const PackedPin& h : a.pins)
     if (h.compliance == 0) worst = std::max(worst, residual(a, h));
-  for (const PackedCable& cord : a.cables)
-    if (const CableParameters& s = world.cables.values()[cord.cable].joint; s.compliance == 0) {
-      const CableEnds e = ends_of(world, a, cord);
-      worst = std::max(worst, glm::length(e.b - e.a) - s.length);
-    }
+  for (const PackedCable& cord : a.cables) {
+    const CableEnds e = ends_of(world, a, cord);
+    worst = std::max(worst, glm::length(e.b - e.a) - longest(world, cord));
+  }
   return worst;
 }
 
