@@ -27,7 +27,7 @@ void keep_energy_of_few(const Group& g, const Substep& s, Sweep sweep, Real befo
   forget_impulses(g);
   for (GroupContact& c : g.contacts) c.lead_a = c.arm_a, c.lead_b = c.arm_b;
   for (GroupPair& p : g.pairs) prepare_pair(g, p);
-  for (int n = 0; n < kHardSweeps; ++n)
+  for (int n = 0; n < std::min(s.most_sweeps, kHardSweeps); ++n)
     if (sweep_group(g, s, sweep, turned(Order::forwards, n)) <= s.enough) break;
 }
 
