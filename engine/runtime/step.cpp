@@ -141,22 +141,22 @@ bool detect_contacts(World& world, const StepTask& task) {
   return true;
 }
 
-/// Restarts kinematic bodies whose pose the caller changed without giving them a velocity, and
-/// wakes what rests on them.
+/// Restarts kinematic bodies whose pose the caller changed without giving them a velocity. Wakes
+/// what rests on these, and on fixed ones that were teleported.
 void restart_moved(World& world) {
-  bool any = false;
   for (const contact::Placed& before : world.memory.of<contact::Memory>().scratch.placed) {
     Body* const b = world.bodies.find(before.body);
     if (!b || b->motion != Motion::kinematic || contact::moves(*b)) continue;
     const Pose& to = b->pose;
-    if (to.position == before.pose.position && to.rotation == before.pose.rotation) continue;
-    b->restart = any = true;
+    if (to.position != before.pose.position || to.rotation != before.pose.rotation)
+      b->restart = true;
   }
-  if (!any) return;
   const auto jumps = [&](std::uint32_t slot) {
     const Body& b = world.bodies.values()[slot];
-    return b.motion == Motion::kinematic && b.restart;
+    return b.motion != Motion::dynamic && (b.restart || b.teleport);
   };
+  const std::vector<std::uint32_t>& slots = partition_of(world).kinematic;
+  if (std::none_of(slots.begin(), slots.end(), jumps)) return;
   each_contact(world, [&](const Contact& c) {
     for (const auto& [slot, other] : {std::pair(c.slot_a, c.slot_b), std::pair(c.slot_b, c.slot_a)})
       if (jumps(other) && owner_of(partition_of(world), slot))

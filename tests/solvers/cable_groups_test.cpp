@@ -5,8 +5,11 @@
 
 #include "engine/runtime/simulation.hpp"
 #include "engine/scene/scene.hpp"
+#include "engine/world/ties.hpp"
+#include "tests/solvers/solids.hpp"
 
 using namespace pantin;
+using namespace pantin::test;
 using nlohmann::json;
 
 namespace {
@@ -130,4 +133,33 @@ TEST_CASE("a pendulum on a cable swings along a smooth wall as without it") {
   const Real before = measure(sim.world).energy();
   CHECK(rise(sim, 30, h) < 1e-4 * motion);
   CHECK(measure(sim.world).energy() > before - 3e-3 * motion);
+}
+
+TEST_CASE("an elastic rope between bodies in contact adds no energy, however stiff and loaded") {
+  for (const Real ratio : {10.0, 100.0, 1000.0})
+    for (const Real sag : {1e-4, 2e-3})
+      for (const Real h : {1.0 / 60, 1.0 / 240}) {
+        CAPTURE(ratio, sag, h);
+        World w;
+        Collision how;
+        how.friction = 0.5;
+        add_solid(w, box_shape({0.5, 0.05, 0.25}), {{0, 0.95, 0}, kIdentity}, Motion::fixed, how);
+        const Entity box = add_solid(w, box_shape({0.075, 0.05, 0.05}), {{0.1, 1.05, 0}, kIdentity},
+                                     Motion::dynamic, how);
+        const Entity ball =
+            add_solid(w, ball_shape(0.05), {{0.65, 1.05, 0}, kIdentity}, Motion::dynamic, how);
+        for (const auto& [e, mass] : {std::pair(box, Real(1)), std::pair(ball, ratio)})
+          w.bodies[e].inertia *= mass / w.bodies[e].mass, w.bodies[e].mass = mass;
+        Cable rope;
+        rope.a = box, rope.b = ball;
+        rope.joint.anchor_a = {0.075, 0, 0}, rope.joint.anchor_b = {-0.05, 0, 0};
+        rope.joint.length = 1.1 * 0.425, rope.joint.compliance = sag / (ratio * 9.81);
+        add_cable(w, rope);
+        Simulation sim = Simulation::copy_of(w, {h});
+        const Real first = measure(sim.world).energy();
+        for (int i = 0; i < std::lround(2 / h); ++i) {
+          REQUIRE(sim.step().status == Status::ok);
+          CHECK(measure(sim.world).energy() <= (1 + 1e-3) * first);
+        }
+      }
 }

@@ -420,3 +420,23 @@ TEST_CASE("sleepers follow a platform that the caller moves without giving its v
           Approx(sim.world.bodies[platform].pose.position.y + 0.3).margin(1e-3));
   }
 }
+
+TEST_CASE("sleepers fall when what bears them is teleported") {
+  for (const Motion motion : {Motion::fixed, Motion::kinematic, Motion::dynamic}) {
+    CAPTURE(motion);
+    World w;
+    Collision solid;
+    solid.others = true;
+    add_ground(w, solid);
+    const Entity support =
+        add_solid(w, box_shape({0.5, 0.3, 0.5}), {{0, 0.3, 0}, kIdentity}, motion, solid);
+    const Entity box =
+        add_solid(w, box_shape(Vec3(0.2)), {{0, 0.8, 0}, kIdentity}, Motion::dynamic, solid);
+    Simulation sim = Simulation::copy_of(w);
+    for (int i = 0; i < 300; ++i) sim.step();
+    REQUIRE(is_asleep(sim.world, box));
+    REQUIRE(sim.world.teleport(support, {{30, 0.3, 0}, kIdentity}));
+    for (int i = 0; i < 120; ++i) sim.step();
+    CHECK(sim.world.bodies[box].pose.position.y == Approx(0.2).margin(1e-3));
+  }
+}

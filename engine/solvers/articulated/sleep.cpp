@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <functional>
 
+#include "engine/contact/contact.hpp"
 #include "engine/contact/detect.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
@@ -183,9 +184,27 @@ void renumber_rests(World& world, const Rebuild& rebuild) {
   list_islands(world, all, rebuild.places);
 }
 
+namespace {
+
+/// Wakes what lies on sleeping bodies that the caller moved.
+void wake_neighbours(World& world) {
+  each_contact(world, [&](const Contact& c) {
+    for (const auto& [slot, other] :
+         {std::pair(c.slot_a, c.slot_b), std::pair(c.slot_b, c.slot_a)}) {
+      if (!is_own(world, slot) || !is_own(world, other)) continue;
+      const Body& moved = world.bodies.values()[other];
+      Island& a = islands_of(world)[owner_of(partition_of(world), slot).island];
+      if ((moved.restart || moved.teleport) && a.asleep) rouse(world, a);
+    }
+  });
+}
+
+}  // namespace
+
 void wake_changed(World& world, const StepTask& task) {
   RestLists& r = rest_lists(world);
   const bool is_still = world.gravity == r.gravity;
+  bool any = false;
   for (const RestLists::Sleeper& s : r.sleepers) {
     if (s.slot != kNoSlot && is_still) {
       if (!is_disturbed(world.bodies.values()[s.slot])) continue;
@@ -195,7 +214,9 @@ void wake_changed(World& world, const StepTask& task) {
       if (!a.unfit && !find_unsound(world, a) && !must_wake(world, a)) continue;
     }
     rouse(world, islands_of(world)[s.island]);
+    any = true;
   }
+  if (any) wake_neighbours(world);
   if (!world.forces.empty() && !r.sleepers.empty()) wake_pushed(world);
   rest_lists(world);
 }

@@ -422,6 +422,8 @@ ActuatedAxis actuated_axis_of(const GroupNode& n, Quat own, Quat parent);
 bool is_left_alone(const Group& g);
 /// J: work of moving surfaces and kinematic bodies, by impulses of a substep or step; at least 0.
 Real work_of_surfaces(const Group& g, Vec3 GroupContact::*impulse = &GroupContact::impulse);
+/// J: energy that springs and elastic cables store at the present poses.
+Real elastic_energy(const Group& g);
 /// J: kinetic energy of the bodies' own velocities, between substeps.
 Real energy_of_bodies(const Group& g);
 /// J: work of weight and applied forces since the start of the step.

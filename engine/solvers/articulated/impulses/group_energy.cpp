@@ -20,9 +20,8 @@ bool is_left_alone(const Group& g) {
   return std::all_of(g.trees.begin(), g.trees.end(), stays) &&
          std::none_of(g.nodes.begin(), g.nodes.end(),
                       [](auto& n) { return n.has_spring || n.is_driven; }) &&
-         std::all_of(g.ties.begin(), g.ties.end(), [&](const GroupTie& t) {
-           return t.stiffness == 0 && !t.is_reeled && rests(t.a) && rests(t.b);
-         });
+         std::all_of(g.ties.begin(), g.ties.end(),
+                     [&](const GroupTie& t) { return !t.is_reeled && rests(t.a) && rests(t.b); });
 }
 
 Real work_of_surfaces(const Group& g, Vec3 GroupContact::*impulse) {
@@ -34,6 +33,19 @@ Real work_of_surfaces(const Group& g, Vec3 GroupContact::*impulse) {
     if (b.per_mass == 0) sum += glm::dot(to_world(c, passed), speed_at(b, c.arm_b));
   }
   return std::max(Real(0), sum);
+}
+
+Real elastic_energy(const Group& g) {
+  Real sum = 0;
+  for (const GroupTie& t : g.ties) {
+    if (!(t.stiffness > 0)) continue;
+    const Real span = glm::length(to_world(g.bodies[t.b].pose, t.anchor_b) -
+                                  to_world(g.bodies[t.a].pose, t.anchor_a));
+    const bool is_cable = t.kind == GroupTie::Kind::cable;
+    const Real stretch = is_cable ? std::max(Real(0), span - t.length) : span;
+    sum += 0.5 * t.stiffness * stretch * stretch;
+  }
+  return sum;
 }
 
 Real energy_of_bodies(const Group& g) {

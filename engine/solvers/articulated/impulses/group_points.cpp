@@ -284,7 +284,7 @@ Real dissipative_share(const PairIteration& after, const Real* before) {
 
 }  // namespace
 
-void Blow::solve(const Pair& pair) {
+void Blow::solve(const Pair& pair, int& left) {
   GroupContact at_once[kMostPoints];
   PairRows r;
   for (const BlowPoint& p : points()) {
@@ -305,7 +305,9 @@ void Blow::solve(const Pair& pair) {
   std::copy(speeds, speeds + r.stride(), before);
   PairIteration of{r.points, r.stride(), false, at, responses, speeds};
   Real first = 0;
-  for (int n = 0; n < (r.points > 1 ? kBlowIterations : kStrikeIterations); ++n) {
+  const int most =
+      r.points > 1 ? std::clamp(left, kStrikeIterations, kBlowIterations) : kStrikeIterations;
+  for (int n = 0; n < most; ++n, --left) {
     const Real now = kernels().iterate_pair(of);
     if (n == 0) first = now;
     if (now <= kStruckEnough * first) break;

@@ -106,7 +106,9 @@ struct BlowPoint {
 class Blow {
  public:
   void add(GroupContact& c, Real speed);
-  void solve(const Pair& pair);
+  /// `left`: iterations that are left for the impacts of a substep; fewer are taken once there are
+  /// none.
+  void solve(const Pair& pair, int& left);
   std::span<const BlowPoint> points() const { return std::span(points_).first(count_); }
 
  private:

@@ -93,7 +93,9 @@ void change_length(const Group& g, Real by) {
 }
 
 /// Whether impulses may only remove energy, which truncated sweeps have to respect.
-bool is_bounded(const Group& g) { return (!g.trees.empty() || has_cables(g)) && is_left_alone(g); }
+bool is_bounded(const Group& g) {
+  return (!g.trees.empty() || !g.ties.empty()) && is_left_alone(g);
+}
 
 /// Whether free bodies collide at few enough points for one solve: a row of balls, a rack.
 bool is_blow(const Group& g, const Substep& s) {
@@ -109,9 +111,11 @@ bool is_blow(const Group& g, const Substep& s) {
 }
 
 /// Truncated iterations between overlapping bodies may add energy: the impulses are then solved
-/// again from zero. Each sweep of these removes energy, or adds at most the work of obstacles.
+/// again from zero. Each sweep of these removes energy, or adds at most the work of obstacles. What
+/// springs and elastic cables have stored in the substep is lost to the motion.
 void keep_energy(const Group& g, const Substep& s, Real before) {
-  const auto allowed = [&] { return before + work_of_surfaces(g); };
+  const Real stored = elastic_energy(g);
+  const auto allowed = [&] { return before + work_of_surfaces(g) - stored; };
   if (kinetic_energy(g) <= (1 + kSlightGain) * allowed()) return bound_energy(g, allowed());
   forget_impulses(g);
   for (int n = 0; n < kSweepsFromNone; ++n)
@@ -149,7 +153,7 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   if (on_cables) begin_cables(g, s.h);
   const bool is_bound = is_bounded(g);
   if (is_bound && collided) settle_trees(g);
-  const Real energy = is_bound ? kinetic_energy(g) : 0;
+  const Real energy = is_bound ? kinetic_energy(g) + elastic_energy(g) : 0;
   if (is_bound) remember_free(g);
   warm_start(g);
   Ending solved(g, s);
@@ -311,7 +315,7 @@ Rest step_group(const Group& g, Real h, Pace& pace) {
     s.enough = kEnoughAtFewPoints / (longer * longer * longer);
   }
   const bool is_bound = is_bounded(g);
-  const Real energy = energy_of_bodies(g);
+  const Real energy = energy_of_bodies(g) + elastic_energy(g);
   for (GroupBody& b : g.bodies) b.from = b.pose.position;
   Rest rest = rest_or_not(g, h, s.h);
   const bool rests = rest == Rest::taken;
@@ -361,7 +365,8 @@ Rest step_group(const Group& g, Real h, Pace& pace) {
   }
   if (is_bound && (is_bouncing(g) || has_cables(g)))
     slow_bodies(g, energy_of_bodies(g),
-                energy + work_of_external_forces(g) + work_of_surfaces(g, &GroupContact::passed));
+                energy - elastic_energy(g) + work_of_external_forces(g) +
+                    work_of_surfaces(g, &GroupContact::passed));
   finish_group(g);
   change_length(g, 1 / s.h);
   return rest;
