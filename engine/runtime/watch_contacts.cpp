@@ -32,10 +32,6 @@ constexpr Real kAtRestFor = 0.5, kSlow = 0.02;
 /// relative depth: for kMovingFor at a whole thickness, half as long at two. No impact lasts that
 /// long. A body that starts inside another has kToComeOut longer to separate.
 constexpr Real kMostly = 0.5, kMovingFor = 0.15, kToComeOut = 0.25;
-/// Of the thickness, and in times that a fall through it takes: deeper than kPressed for kFalls of
-/// them is no impact either, but a load that sinks, or a tower that its own weight presses flat. A
-/// body that starts inside another has kToSeparate longer, s.
-constexpr Real kPressed = 0.15, kFalls = 2, kToSeparate = 1;
 /// Of the thickness: NURBS shapes that overlap by more have no nearest way out.
 constexpr Real kNoWayOut = 0.3;
 constexpr Real kTiny = 1e-9;  // m
@@ -92,7 +88,7 @@ void ContactWatch::compile(const World& world) {
   solids_.clear(), unbounded_.clear(), balls_.clear();
   first_.assign(count + 1, 0), rest_version_ = placed_for_ = slept_for_ = 0;
   thickness_.assign(count, 0), shallow_.assign(count, 0), rests_for_.assign(count, 0),
-      depth_.assign(count, 0), overlaps_.assign(count, {0, 0, -kToComeOut, -kToSeparate});
+      depth_.assign(count, 0), overlaps_.assign(count, {0, 0, -kToComeOut});
   before_.assign(count, {});
   is_skin_.assign(count, 0);
   for (std::uint32_t slot = 0; slot < count; ++slot) {
@@ -351,7 +347,7 @@ void ContactWatch::end_step(const World& world, Real h, FindingList& found) {
     const Real thin = a_is_smaller ? on_a : on_b;
     if (!is_sunk(c)) continue;
     Overlap& m = overlaps_[c.slot_a];
-    if (c.depth > m.part * thin) m.part = c.depth / thin, m.depth = c.depth, m.thin = thin;
+    if (c.depth > m.part * thin) m.part = c.depth / thin, m.depth = c.depth;
     if (is_skin_[c.slot_a] && is_skin_[c.slot_b] && c.depth > kNoWayOut * thin && m.for_long >= 0)
       found.note(FindingKind::sunk, world.bodies.owners()[c.slot_a], c.depth);
     const auto speed_at = [](const Body& body, Vec3 point) {
@@ -368,10 +364,7 @@ void ContactWatch::end_step(const World& world, Real h, FindingList& found) {
       found.note(FindingKind::sunk, world.bodies.owners()[i], depth_[i]);
     Overlap& m = overlaps_[i];
     m.for_long = m.part > kMostly ? m.for_long + h * m.part : 0;
-    m.pressed_for = m.part > kPressed ? m.pressed_for + h : 0;
-    const bool is_pressed = m.pressed_for * std::sqrt(g) > kFalls * std::sqrt(2 * m.thin);
-    if (m.for_long > kMovingFor || is_pressed)
-      found.note(FindingKind::sunk, world.bodies.owners()[i], m.depth);
+    if (m.for_long > kMovingFor) found.note(FindingKind::sunk, world.bodies.owners()[i], m.depth);
   }
 }
 

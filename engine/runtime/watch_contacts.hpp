@@ -48,8 +48,6 @@ class ContactWatch {
   struct Overlap {
     Real part = 0, depth = 0;  // of this step: relative to the thinner one's thickness; m
     Real for_long = 0;         // s, weighted by the relative depth, without interruption
-    Real pressed_for = 0;      // s, without interruption
-    Real thin = 0;             // m, the thinner one's thickness
   };
 
   /// A body at the start of a substep.

@@ -45,8 +45,9 @@ constexpr FindingInfo kInfos[] = {
      "A body at rest penetrates another by more than a hundredth of the smaller one's size, or a "
      "twentieth of its thickness, for longer than half a second; or a moving body penetrates by "
      "the whole thickness of the thinner one for longer than 0.15 s, or by a fraction above half "
-     "of it for proportionally longer, or by 15 % of it for twice as long as a fall through "
-     "it takes; or two NURBS shapes by three tenths of it, which may then part on the far side.",
+     "of it for proportionally longer; or two NURBS shapes by three tenths of it, which may then "
+     "part "
+     "on the far side.",
      "Use a shorter step or more substeps; make the heavy body lighter or its support heavier."},
     {"passed_through", "m",
      "A body passed through another one: its middle half came out on the other side.",

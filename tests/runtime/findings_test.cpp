@@ -4,14 +4,11 @@
 #include <string>
 
 #include "engine/base/rotation.hpp"
-#include "engine/contact/contact.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/runtime/energy_account.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/world/ties.hpp"
-#include "tests/base/random.hpp"
 #include "tests/runtime/puppets.hpp"
-#include "tests/solvers/solids.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;
@@ -342,35 +339,4 @@ TEST_CASE("watching does not change the motion") {
              seen = Simulation::copy_of(w, {1.0 / 60, 1, 1, false, true});
   for (int i = 0; i < 120; ++i) plain.step(), seen.step();
   CHECK(state_hash(plain.world) == state_hash(seen.world));
-}
-
-TEST_CASE(
-    "towers that their weight presses flat while they fall are told, those that stand are not") {
-  constexpr Real kSize = 0.02;
-  constexpr int kHigh = 8;
-  for (const Real drop : {0.0, 0.02})
-    for (std::uint64_t seed = 0; seed < 20; ++seed) {
-      CAPTURE(drop, seed);
-      Random dice(seed);
-      World w;
-      Collision how;
-      how.friction = 0.5;
-      add_ground(w, how);
-      Entity top;
-      for (int i = 0; i < kHigh; ++i) {
-        const Vec3 at(dice.between(-0.02, 0.02), 0.5 + i + drop * (i + 1),
-                      dice.between(-0.02, 0.02));
-        top = add_solid(w, box_shape(Vec3(0.5 * kSize)), {kSize * at, kIdentity}, Motion::dynamic,
-                        how, 1000 * std::pow(100.0, i / (kHigh - 1.0)));
-      }
-      Simulation sim(std::move(w), {1.0 / 240, 1, 1, false, true});
-      Real deepest = 0;
-      for (int i = 0; i < 480; ++i) {
-        sim.step();
-        for (const Contact& c : contacts_of(sim.world)) deepest = std::max(deepest, c.depth);
-      }
-      CHECK((deepest < 0.4 * kSize || find(sim, FindingKind::sunk)));
-      if (drop == 0) CHECK(sim.world.bodies[top].pose.position.y > (kHigh - 0.6) * kSize);
-      if (drop == 0) CHECK(sim.findings().empty());
-    }
 }
