@@ -229,8 +229,9 @@ void place_tree(const Group& g, GroupTree& t, const GroupPart& part) {
 // trees, which are shifted afterwards to keep their mass centres, and for loops, which would open.
 // What presses these is not moved alone, as a wheel in a chain.
 void hold_contacts(const Group& g, const GroupPart& part) {
-  if (g.contacts.empty() || !(part.h > 0)) return;
-  for (GroupTree& t : g.trees) t.is_held = false;
+  bool any = false;
+  for (GroupTree& t : g.trees) any = any || t.can_be_held, t.is_held = false;
+  if (!any || g.contacts.empty() || !(part.h > 0)) return;
   const Real before = each_pressed(g, part.h, [&](const GroupContact& c, Real deep, Real points) {
     const HeldEnd a(g, g.a(c)), b(g, g.b(c));
     const Real along = a.response(c.arm_a, c.axes[0]) + b.response(c.arm_b, c.axes[0]);
