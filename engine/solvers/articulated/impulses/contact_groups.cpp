@@ -248,6 +248,8 @@ void step_contact_groups(World& world, const StepTask& task) {
                  std::span(r.rest_contacts).subspan(g.first_contact, g.contacts),
                  std::span(r.rest_rows).subspan(g.first_resting, g.resting),
                  std::span(r.rest_links).subspan(g.first_link, g.links),
+                 g.pressed,
+                 g.waits,
                  world.time,
                  {}};
   };

@@ -294,10 +294,12 @@ struct Group {
   // Of a group that rests:
   std::span<RestBody> resting;
   std::span<RestContact> rest_contacts;
-  std::span<const EnvelopeRow> rest_rows;
+  std::span<EnvelopeRow> rest_rows;
   std::span<RestLink> rest_links;
-  Real time = 0;    // s, at the start of the step
-  Threads threads;  // for this group alone
+  bool pressed = false;  // see is_pressed()
+  bool waits = false;    // until a search for rest is tried again
+  Real time = 0;         // s, at the start of the step
+  Threads threads;       // for this group alone
 
   GroupBody& a(const GroupContact& c) const { return bodies[c.a]; }
   GroupBody& b(const GroupContact& c) const { return bodies[c.b]; }
@@ -455,6 +457,8 @@ enum class Rest : std::uint8_t { taken, moves, fails, missed };
 /// Takes the step, or a part of it, if the group stays at rest, and leaves impulses of part.h
 /// seconds. Else it moves nothing. In a part of a step light arms that touch nothing may swing.
 Rest rest_group(const Group& g, const GroupPart& part);
+/// Takes a part of the step of such a group, whatever its motion.
+Rest move_group(const Group& g, const GroupPart& part);
 
 // Loops and exact pins besides those of the roots (group_loops.cpp).
 

@@ -51,7 +51,7 @@ inline bool are_coupled(GroupScratch& r, const GroupScratch::Range& range, const
 void gather_ties(const World& world, GroupScratch& r, const GroupScratch::Range& range,
                  const IslandStep& of);
 /// Prepares the factor of a group that may be at rest (gather_rest.cpp).
-void gather_resting(GroupScratch& r, const GroupScratch::Range& range, Real h);
+void gather_resting(GroupScratch& r, GroupScratch::Range& range, Real h);
 /// Lists the pairs that are solved in lanes; after all pairs (group_lanes.cpp).
 void gather_laned(GroupScratch& r, GroupScratch::Range& range);
 /// Lists bodies of islands with loops on which contacts or ties act; after these are gathered.

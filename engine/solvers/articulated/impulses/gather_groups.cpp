@@ -369,7 +369,8 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
       if (first) gather_ties(world, r, range, {body.island, h});
     }
     add_looped(r, range);
-    if (list[r.bodies[range.first_body].island].waits == 0) gather_resting(r, range, h);
+    range.waits = list[r.bodies[range.first_body].island].waits > 0;
+    gather_resting(r, range, h);
     gather_pairs(r, range);
     gather_laned(r, range);
     end_range(r, range);

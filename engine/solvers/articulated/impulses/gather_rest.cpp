@@ -52,7 +52,7 @@ bool has_faces(std::span<const GroupContact> contacts) {
 
 }  // namespace
 
-void gather_resting(GroupScratch& r, const GroupScratch::Range& range, Real h) {
+void gather_resting(GroupScratch& r, GroupScratch::Range& range, Real h) {
   const auto bodies = std::span(r.bodies).subspan(range.first_body);
   const bool is_free = r.nodes.size() == range.first_node;
   for (const GroupContact& c : std::span(r.contacts).subspan(range.first_contact))
@@ -60,8 +60,12 @@ void gather_resting(GroupScratch& r, const GroupScratch::Range& range, Real h) {
   const std::size_t count = free_bodies(bodies);
   const auto contacts = std::span(r.contacts).subspan(range.first_contact);
   if (count < 2 || !has_faces(contacts)) return;
-  const bool calm = is_calm(bodies, count, h);
-  if (!calm && !(is_free && count > kFewBodies && may_glide(bodies, contacts, count))) return;
+  const bool calm = !range.waits && is_calm(bodies, count, h);
+  const bool pressed =
+      is_free && r.ties.size() == range.first_tie && is_pressed(bodies, contacts, count, h);
+  if (!calm && !pressed &&
+      !(is_free && !range.waits && count > kFewBodies && may_glide(bodies, contacts, count)))
+    return;
   for (const GroupTree& t : std::span(r.trees).subspan(range.first_tree))
     if (t.from != t.to || t.held_spin != Vec3(0)) return;
   link_bodies(r, range, count);
@@ -82,7 +86,7 @@ void gather_resting(GroupScratch& r, const GroupScratch::Range& range, Real h) {
   }
   const std::size_t points = r.contacts.size() - range.first_contact + r.nodes.size() -
                              range.first_node + r.ties.size() - range.first_tie;
-  if (products > (calm ? kMostProducts * points : kMostGlidingProducts * count)) {
+  if (products > (calm || pressed ? kMostProducts * points : kMostGlidingProducts * count)) {
     r.rest_rows.resize(range.first_resting);
     return;
   }
@@ -91,6 +95,7 @@ void gather_resting(GroupScratch& r, const GroupScratch::Range& range, Real h) {
     r.resting.back().row = static_cast<std::uint32_t>(count - 1 - r.numbered[i]);
   }
   add_links(r, range);
+  range.pressed = pressed;
   r.numbers += kEnvelopeWide * count + kEnvelopeBlock * blocks;
 }
 

@@ -1,5 +1,8 @@
 // Whether the bodies of a group hardly move, so that it may be solved at rest (group_rest.cpp).
+#include <algorithm>
+
 #include "engine/solvers/articulated/impulses/group_resting.hpp"
+#include "engine/solvers/articulated/impulses/rest_cones.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
@@ -10,6 +13,9 @@ constexpr Real kCalmWay = 0.02;
 constexpr Real kStill = 1e-3;
 /// Fraction of a shallow overlap: points with a smaller gap bear bodies that glide.
 constexpr Real kBears = 0.1;
+/// Sizes of a body by which contact springs may give way under the load that it bears, and would
+/// under the weight of all.
+constexpr Real kSags = 0.003, kSagsByAll = 0.1;
 /// Largest fraction of a group's mass that may swing from it.
 constexpr Real kArms = 0.1;
 
@@ -82,6 +88,39 @@ bool may_glide(std::span<const GroupBody> bodies, std::span<const GroupContact> 
          all_glide(bodies, contacts, free, [&](std::uint32_t i) {
            return Wrench{bodies[i].velocity, bodies[i].spin};
          });
+}
+
+Real whole_weight(std::span<const GroupBody> bodies) {
+  Real weight = 0;
+  for (const GroupBody& b : bodies)
+    if (b.per_mass > 0) weight += glm::length(b.acceleration) / b.per_mass;
+  return weight;
+}
+
+bool is_pressed(std::span<const GroupBody> bodies, std::span<const GroupContact> contacts,
+                std::size_t free, Real h) {
+  if (free <= kFewBodies) return false;
+  const Real weight = whole_weight(bodies), stiffness = spring_stiffness(h);
+  const auto sags = [&](const GroupBody& b, Real load, Real most) {
+    return load * b.per_mass > most * stiffness * size_of(b);
+  };
+  if (std::any_of(bodies.begin(), bodies.begin() + static_cast<std::ptrdiff_t>(free),
+                  [&](const GroupBody& b) { return sags(b, weight, kSagsByAll); }))
+    return true;
+  std::size_t slide = 0, hold = 0;
+  bool is_soft = false;
+  for (std::size_t from = 0, to = 0; from < contacts.size(); from = to) {
+    Real load = 0;
+    for (to = from; to < contacts.size() && have_same_bodies(contacts[to], contacts[from]); ++to) {
+      const GroupContact& c = contacts[to];
+      if (!(c.impulse.x > 0)) continue;
+      load += c.impulse.x;
+      ++(holds(c) ? hold : slide);
+    }
+    for (const std::uint32_t i : {contacts[from].a, contacts[from].b})
+      is_soft = is_soft || (i < free && sags(bodies[i], std::min(load, weight), kSags));
+  }
+  return is_soft && slide <= hold;
 }
 
 bool are_calm(const Group& g, const GroupPart& part) {

@@ -47,6 +47,8 @@ int substeps_of(const Group& g, Real h);
 void join_rims(const Group& g, Real h);
 /// Sets the contact springs for a section s of a substep of h seconds.
 void set_springs(Substep& s, Real h);
+/// 1/s^2: stiffness of the contact springs in a step of h seconds, for a unit of mass.
+Real spring_stiffness(Real h);
 /// Whether trees touch at few points, and no joint has an actuator: their impacts are iterated
 /// further. Motors at their caps would need too many sweeps.
 bool has_few_points(const Group& g, Real h);

@@ -1,24 +1,26 @@
-// Groups at rest, solved as a whole in one step.
+// Groups solved as a whole: at rest in one step, or in motion in each part of it.
 //
 // The velocities v at the end of the step are those at which
 //   1/2 (v - v*)^T M (v - v*) + 1/2 sum over points of R |p|^2
 // is least, with v* those without contacts. The impulse p of a point is (goal - J v) / R, projected
 // to Coulomb's cone. Joints, limits and cables are points of such a kind (group_rest_links.cpp).
 // The compliance R is so small that loads leave no visible overlap. Newton's method uses a factor
-// of M + J^T G J, whose blocks are pairs of bodies that touch or are joined: a tower's is banded.
-// Groups at rest take at most one iteration, whatever their weight. [Castro, Permenter & Han 2022]
+// of M + J^T G J, whose blocks are pairs of bodies that touch or are joined: a tower's is banded
+// (rest_newton.cpp). Groups at rest take at most one iteration, whatever their weight.
+// [Castro, Permenter & Han 2022]
 //
 // The convex problem would lift sliding bodies: points separate at the sliding speed times the
 // friction. The goals are corrected by that, until it agrees with the sliding found; then Coulomb's
-// law holds. [Acary & Cadoux 2013] Where a body moves fast, or the search does not converge,
-// nothing is done here, and sweeps follow (step_group.cpp).
+// law holds. [Acary & Cadoux 2013]
+//
+// Where bodies move, sweeps are faster as a rule (step_group.cpp): points that slide or roll take
+// many iterations. But they leave loads that are heavy for the bodies below a sag, and towers of
+// small bodies fall by it. Such groups are solved here in motion, too. Where the search does not
+// converge, nothing is done, and sweeps follow.
 #include <algorithm>
-#include <limits>
-#include <utility>
 
 #include "engine/base/rotation.hpp"
-#include "engine/solvers/articulated/impulses/group_resting.hpp"
-#include "engine/solvers/articulated/impulses/rest_cones.hpp"
+#include "engine/solvers/articulated/impulses/rest_newton.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
@@ -28,13 +30,13 @@ namespace {
 constexpr Real kSlides = 2e-3;
 /// m/s: bodies that glide strike others if points close faster.
 constexpr Real kStrikes = 0.1;
-/// Corrections of lifts, at most, in short steps and in others; their tolerance, and that of the
-/// last one, as fractions of the speed that weight gives in a step, or of the sliding.
-constexpr int kLiftings = 12, kFewLiftings = 3;
-constexpr Real kLifted = 1e-5, kNearlyLifted = 1e-3, kLiftedOfSliding = 1e-3;
-/// Largest closing speed under load, as a fraction of the speed that weight gives in a step; points
-/// that exceed it are made stiffer, so many times at most.
-constexpr Real kSinks = 1e-5;
+/// At rest, gliding, and in motion.
+constexpr Exactness kAtRest{kRestCompliance, 1e-9, 1e-7, 1e-5, 1e-5, 1e-3, 3},
+    kGliding{kRestCompliance, 1e-9, 1e-7, 1e-5, 1e-5, 1e-3, 12},
+    kInMotion{100 * kRestCompliance, 1e-6, 1e-5, 1e-3, 1e-3, 1e-2, 3};
+/// Lifts of less than this fraction of the sliding need no correction.
+constexpr Real kLiftedOfSliding = 1e-3;
+/// Corrections of the compliance, at most.
 constexpr int kHardenings = 8;
 /// Multiples of a shallow overlap: deeper ones are left to sweeps, which separate them faster.
 constexpr Real kDeep = 2;
@@ -43,19 +45,41 @@ constexpr Real kDeep = 2;
 constexpr Real kCloses = 1e-2, kSunk = 1e-6, kSunkJoined = 0.05;
 /// Margin of the predicted active set, as a fraction of the speed that weight gives in a step.
 constexpr Real kMayPress = 0.1;
-/// Newton iterations in a step, and in a short one.
-constexpr int kMostOfStep = 120, kMostOfPart = 80;
-constexpr int kFirstIterations = 2, kSwingIterations = 12, kSearchSteps = 40;
-/// Continuation: multiples of the compliance, and iterations with each.
-constexpr std::pair<Real, int> kSofter[] = {{1e4, 20}, {1e3, 20}, {1e2, 20}, {1e1, 20}, {1, 40}};
-/// Tolerance of the residual, as a fraction of the fastest speed without contacts, which counts as
-/// kLeastSpeed (m/s) at least; kNearly times that where rounding stops progress; kRoughly with soft
-/// points. With soft points, a larger residual than kHopeless means that the search would not
-/// converge.
-constexpr Real kBalanced = 1e-9, kRoughly = 1e-2, kNearly = 100, kLeastSpeed = 1e-6,
-               kHopeless = 1e-2;
-/// Tolerance of a line search, as a fraction of its initial slope.
-constexpr Real kSearched = 1e-3;
+/// m/s: speeds without contacts count as this at least.
+constexpr Real kLeastSpeed = 1e-6;
+/// Newton iterations in a step, in a part of it in which bodies glide, and in motion: so many
+/// iterations times contacts that may act, within bounds.
+constexpr int kMostOfStep = 120, kMostOfPart = 80, kLeastInMotion = 40;
+constexpr std::size_t kWorkInMotion = 10000;
+/// Of these the first, from the impulses of the last step: in whole steps, in calm parts, in
+/// motion.
+constexpr int kFirstIterations = 2, kSwingIterations = 12, kMovingIterations = 6;
+/// In motion, overlaps are closed at up to this many sizes of a body per second.
+constexpr Real kClosesInMotion = 2;
+
+/// What bodies may do in the step: nothing but swing light arms, glide on one another, or anything.
+enum class Solving : std::uint8_t { at_rest, gliding, in_motion };
+Solving solving_of(const Group& g, Real h) {
+  return may_glide_for(g, h) ? Solving::gliding : Solving::at_rest;
+}
+
+/// A step, or a part of it, and what may happen in it.
+struct Task {
+  const GroupPart& part;
+  Solving how;
+
+  const Exactness& exactness() const {
+    return how == Solving::in_motion ? kInMotion : how == Solving::gliding ? kGliding : kAtRest;
+  }
+  int most_iterations(const Group& g) const {
+    if (how == Solving::at_rest) return kMostOfStep;
+    if (how == Solving::gliding) return kMostOfPart;
+    const auto near = std::count_if(g.rest_contacts.begin(), g.rest_contacts.end(),
+                                    [](const RestContact& r) { return r.near; });
+    return std::clamp(static_cast<int>(kWorkInMotion / (1 + static_cast<std::size_t>(near))),
+                      kLeastInMotion, kMostOfStep);
+  }
+};
 
 /// m/s^2: the largest acceleration of a body by weight and applied force.
 Real weight_of(const Group& g) {
@@ -64,25 +88,11 @@ Real weight_of(const Group& g) {
   return most;
 }
 
-/// m/s: velocity of a's point relative to b's, along the axes.
-Vec3 speed_of(const Group& g, const GroupContact& c, Wrench RestBody::*motion) {
-  const Wrench a = motion_of(g, c.a, motion), b = motion_of(g, c.b, motion);
-  return contact::along_axes(
-      c.axes, a.force + glm::cross(a.torque, c.arm_a) - b.force - glm::cross(b.torque, c.arm_b));
-}
-
-using At = ConeImpulse::At;
-
 /// Inertia about the mass centre, world axes.
 Mat3 inertia_of(const GroupBody& b) {
   const Mat3 r = glm::mat3_cast(b.pose.rotation);
   const Vec3 i = Real(1) / b.per_inertia;
   return Mat3(i.x * r[0], i.y * r[1], i.z * r[2]) * glm::transpose(r);
-}
-
-/// Momentum and angular momentum of a motion.
-Wrench momentum_of(const GroupBody& b, const RestBody& r, const Wrench& motion) {
-  return {motion.force / b.per_mass, r.inertia * motion.torque};
 }
 
 void begin_bodies(const Group& g, Real h) {
@@ -118,251 +128,82 @@ Real lift_of(const GroupContact& c, const RestContact& r, Vec3 speed) {
   return c.friction * std::hypot(speed.y - r.goal.y, speed.z - r.goal.z);
 }
 
-/// Whether a contact bore and did not slide in the last step.
-bool holds(const GroupContact& c) {
-  const Real most = kOnCone * c.friction * c.impulse.x;
-  return c.impulse.y * c.impulse.y + c.impulse.z * c.impulse.z < most * most;
+/// m/s: a bound on the speed of a body's points without contacts.
+Real speed_bound(const Group& g, std::uint32_t body) {
+  const Wrench motion = motion_of(g, body, &RestBody::free);
+  if (body >= g.resting.size()) return glm::length(motion.force);
+  return glm::length(motion.force) + 2 * size_of(g.bodies[body]) * glm::length(motion.torque);
 }
 
-/// Contacts that may act in the step. False if an overlap is so deep that sweeps must separate it,
-/// or bodies that glide strike others, or bounce.
-bool begin_contacts(const Group& g, const GroupPart& part) {
-  const Real h = part.h;
-  const Real weight = weight_of(g);
-  const bool glides = may_glide_for(g, h);
+/// Whether a contact may act. In motion what stops one body may make it strike the next.
+bool may_act(const Group& g, const GroupContact& c, const Task& task) {
+  const Real h = task.part.h;
+  return c.gap < 2 * h * std::max(kRestSpeed, closing_speed(g, c)) ||
+         (task.how == Solving::in_motion &&
+          c.gap < h * (speed_bound(g, c.a) + speed_bound(g, c.b)));
+}
+
+/// m/s: the fastest that an overlap is closed.
+Real closes_at(const Task& task, Real size) {
+  return task.how == Solving::in_motion ? std::min(kPushSpeed, kClosesInMotion * size)
+                                        : kCloses * size;
+}
+
+/// Whether a contact is not for this method: bodies that glide strike others, or bounce, or an
+/// overlap is so deep that sweeps must separate it.
+bool is_too_wild(const Group& g, const GroupContact& c, Solving how) {
+  if (how == Solving::in_motion) return false;
+  const Real comes = -speed_of(g, c, &RestBody::motion).x;
+  return (how == Solving::gliding && comes > kStrikes) ||
+         (c.restitution > 0 && comes > kLeastBlow) || c.gap < -kDeep * c.shallow;
+}
+
+/// Contacts that may act in the step. False if one of them is not for this method.
+bool begin_contacts(const Group& g, const Task& task) {
+  const Real h = task.part.h, margin = kMayPress * h * weight_of(g);
   for (std::size_t i = 0; i < g.contacts.size(); ++i) {
     GroupContact& c = g.contacts[i];
     RestContact& r = g.rest_contacts[i];
     place(g, c);
-    const Real closes = closing_speed(g, c);
-    r.near = c.gap < 2 * h * std::max(kRestSpeed, closes);
+    r.near = may_act(g, c, task);
     if (!r.near) continue;
-    const Real comes = -speed_of(g, c, &RestBody::motion).x;
-    if ((glides && comes > kStrikes) || (c.restitution > 0 && comes > kLeastBlow)) return false;
+    if (is_too_wild(g, c, task.how)) return false;
     g.resting[c.a].touches = true;
     if (c.b < g.resting.size()) g.resting[c.b].touches = true;
-    if (c.gap < -kDeep * c.shallow) return false;
     Pair pair{{g, c.a}, {g, c.b}, nullptr};
     pair.a.response = pair.b.response = nullptr;  // without joints
     Real response = 0;
     for (const Vec3& axis : c.axes)
       response += glm::dot(axis, response_of(pair, arms_of(c), axis)) / 3;
-    r.compliance = kRestCompliance * response;
+    r.compliance = task.exactness().compliance * response;
     const Real size = size_of(g.a(c));
     const Real stays = is_joined(g, c) ? std::min(c.shallow, kSunkJoined * size) : kSunk * size;
     const Real deep = std::max(Real(0), -c.gap - stays);
-    r.goal.x = c.gap > 0 ? -c.gap / h : std::min(kRestClosed * deep / h, kCloses * size);
-    r.may_press = speed_of(g, c, &RestBody::free).x < r.goal.x + kMayPress * h * weight;
+    r.goal.x = c.gap > 0 ? -c.gap / h : std::min(kRestClosed * deep / h, closes_at(task, size));
+    r.may_press = speed_of(g, c, &RestBody::free).x < r.goal.x + margin;
     r.goal.y = -c.surface_first, r.goal.z = -c.surface_second;
     r.lift = holds(c) ? 0 : lift_of(c, r, speed_of(g, c, &RestBody::motion));
     r.goal.x -= r.lift;
   }
-  begin_links(g, part, kRestSpeed);
-  predict_links(g, kMayPress * h * weight);
+  begin_links(g, task.part, kRestSpeed);
+  predict_links(g, margin);
   return true;
 }
 
-/// Computes the impulses, and the residuals of momentum with them. Returns the largest as a speed
-/// of a body, m/s.
-Real measure(const Group& g, Acting acting = Acting::now) {
-  for (std::size_t i = 0; i < g.resting.size(); ++i) {
-    RestBody& r = g.resting[i];
-    const Wrench now = momentum_of(g.bodies[i], r, r.motion),
-                 free = momentum_of(g.bodies[i], r, r.free);
-    r.residual = {now.force - free.force, now.torque - free.torque};
-  }
+/// Only contacts that may act need room in the factor of a group without joints and ties.
+void pack_rows(const Group& g) {
+  for (std::size_t i = 0; i < g.rest_rows.size(); ++i)
+    g.rest_rows[i].first = static_cast<std::uint32_t>(i);
   for (std::size_t i = 0; i < g.contacts.size(); ++i) {
     const GroupContact& c = g.contacts[i];
-    RestContact& r = g.rest_contacts[i];
-    if (!r.near) continue;
-    r.speed = speed_of(g, c, &RestBody::motion);
-    r.cone =
-        acting == Acting::now
-            ? cone_of(r, c.friction, r.speed)
-            : cone_as_with(r, c.friction, acting == Acting::as_before ? c.impulse : r.cone.impulse);
-    const Vec3 p = to_world(c, r.cone.impulse);
-    g.resting[c.a].residual += {-p, -glm::cross(c.arm_a, p)};
-    if (c.b < g.resting.size()) g.resting[c.b].residual += {p, glm::cross(c.arm_b, p)};
+    if (!g.rest_contacts[i].near || c.b >= g.resting.size()) continue;
+    const auto [low, high] = std::minmax(g.resting[c.a].row, g.resting[c.b].row);
+    g.rest_rows[high].first = std::min(g.rest_rows[high].first, low);
   }
-  add_link_impulses(g, acting);
-  Real most = 0;
-  for (std::size_t i = 0; i < g.resting.size(); ++i) {
-    const GroupBody& b = g.bodies[i];
-    const Wrench& left = g.resting[i].residual;
-    most = std::max({most, b.per_mass * glm::length(left.force),
-                     size_of(b) * glm::length(b.response * left.torque)});
-  }
-  return most;
-}
-
-/// block += [X Y; Z W] by rows, each of three.
-void add_block(Real* block, const Mat3 (&parts)[2][2]) {
-  for (std::size_t i = 0; i < 6; ++i)
-    for (std::size_t j = 0; j < 6; ++j)
-      block[i * kEnvelopeWide + j] +=
-          parts[i / 3][j / 3][static_cast<int>(j % 3)][static_cast<int>(i % 3)];
-}
-
-/// One side of a contact: the row of its body, and its arm.
-struct End {
-  std::size_t row;
-  Mat3 arm;  // as a cross product
-};
-
-/// Adds J^T K J of two sides.
-void add_contact(const BlockEnvelope& e, const Mat3& k, const End& a, const End& b) {
-  if (a.row < b.row) return add_contact(e, k, b, a);
-  const Mat3 moment = b.arm * k;
-  add_block(e.block(a.row, b.row), {{k, -k * a.arm}, {moment, -moment * a.arm}});
-}
-
-BlockEnvelope envelope_of(const Group& g) {
-  const std::size_t n = g.resting.size();
-  return {g.rest_rows, g.numbers.subspan(kEnvelopeWide * n)};
-}
-
-void assemble(const Group& g, const BlockEnvelope& e) {
-  std::fill(e.numbers.begin(), e.numbers.end(), Real(0));
-  for (std::size_t i = 0; i < g.resting.size(); ++i) {
-    const RestBody& r = g.resting[i];
-    add_block(e.block(r.row, r.row),
-              {{Mat3(1 / g.bodies[i].per_mass), Mat3(0)}, {Mat3(0), r.inertia}});
-  }
-  for (std::size_t i = 0; i < g.contacts.size(); ++i) {
-    const GroupContact& c = g.contacts[i];
-    RestContact& r = g.rest_contacts[i];
-    if (!r.near) continue;
-    const bool acts = r.cone.at != At::apex;
-    if (!acts && !r.presses) continue;
-    r.presses = false;
-    const Mat3 axes(c.axes[0], c.axes[1], c.axes[2]);
-    const Mat3 stiffness = acts ? stiffness_of(r, c.friction) : Mat3(1 / r.compliance);
-    const Mat3 k = axes * stiffness * glm::transpose(axes);
-    const End a{g.resting[c.a].row, cross_matrix(c.arm_a)};
-    add_contact(e, k, a, a);
-    if (c.b >= g.resting.size()) continue;
-    const End b{g.resting[c.b].row, cross_matrix(c.arm_b)};
-    add_contact(e, k, b, b);
-    add_contact(e, -k, a, b);
-  }
-  add_link_blocks(g, e);
-}
-
-/// Newton's direction. False if the factorisation fails.
-bool find_direction(const Group& g) {
-  const BlockEnvelope e = envelope_of(g);
-  assemble(g, e);
-  if (!e.factor()) return false;
-  const std::span<Real> x = g.numbers.first(kEnvelopeWide * g.resting.size());
-  for (const RestBody& r : g.resting)
-    for (int k = 0; k < 3; ++k) {
-      x[kEnvelopeWide * r.row + static_cast<std::size_t>(k)] = -r.residual.force[k];
-      x[kEnvelopeWide * r.row + 3 + static_cast<std::size_t>(k)] = -r.residual.torque[k];
-    }
-  e.solve(x);
-  for (RestBody& r : g.resting)
-    for (int k = 0; k < 3; ++k) {
-      r.direction.force[k] = x[kEnvelopeWide * r.row + static_cast<std::size_t>(k)];
-      r.direction.torque[k] = x[kEnvelopeWide * r.row + 3 + static_cast<std::size_t>(k)];
-    }
-  return true;
-}
-
-/// Derivative of the objective along the direction; it increases, since the objective is convex.
-struct Slope {
-  const Group& g;
-  Real first = 0, second = 0;  // of the bodies: first + part * second
-
-  explicit Slope(const Group& all) : g(all) {
-    for (std::size_t i = 0; i < g.resting.size(); ++i) {
-      const RestBody& r = g.resting[i];
-      const Wrench way = momentum_of(g.bodies[i], r, r.direction);
-      first += glm::dot(way.force, r.motion.force - r.free.force) +
-               glm::dot(way.torque, r.motion.torque - r.free.torque);
-      second += glm::dot(way.force, r.direction.force) + glm::dot(way.torque, r.direction.torque);
-    }
-    for (std::size_t i = 0; i < g.contacts.size(); ++i)
-      if (g.rest_contacts[i].near)
-        g.rest_contacts[i].change = speed_of(g, g.contacts[i], &RestBody::direction);
-    aim_links(g);
-  }
-  Real at(Real part) const {
-    Real sum = first + part * second;
-    for (std::size_t i = 0; i < g.contacts.size(); ++i) {
-      const RestContact& r = g.rest_contacts[i];
-      if (!r.near) continue;
-      const ConeImpulse cone = cone_of(r, g.contacts[i].friction, r.speed + part * r.change);
-      sum -= glm::dot(cone.impulse, r.change);
-    }
-    return sum + slope_of_links(g, part);
-  }
-};
-
-/// Line search: the fraction of the direction at which the objective is least, at most 1.
-Real search(const Group& g) {
-  const Slope slope(g);
-  const Real start = slope.at(0), enough = kSearched * std::abs(start);
-  Real low = 0, high = 1, at_low = start, at_high = slope.at(1);
-  if (at_high <= enough) return 1;
-  for (int n = 0; n < kSearchSteps; ++n) {
-    // Regula falsi, with a bisection every third time.
-    const Real guess = low - at_low * (high - low) / (at_high - at_low);
-    const Real part = n % 3 == 2 ? 0.5 * (low + high) : guess;
-    const Real now = slope.at(part);
-    if (std::abs(now) <= enough) return part;
-    if (now < 0)
-      low = part, at_low = now;
-    else
-      high = part, at_high = now;
-  }
-  return low;
-}
-
-/// Starts from the velocities of the last step, with the predicted active set.
-void start(const Group& g) {
-  for (std::size_t i = 0; i < g.resting.size(); ++i)
-    g.resting[i].motion = {g.bodies[i].velocity, g.bodies[i].spin};
-  for (RestContact& r : g.rest_contacts) r.presses = r.may_press;
-  for (RestLink& l : g.rest_links) l.presses = l.may_press;
-}
-
-void advance(const Group& g, Real part) {
-  for (RestBody& r : g.resting)
-    r.motion.force += part * r.direction.force, r.motion.torque += part * r.direction.torque;
-}
-
-/// Moves on to the velocities at which every contact acts as in the last step. Whether there is one
-/// that acted.
-bool resume(const Group& g) {
-  for (RestContact& r : g.rest_contacts) r.presses = false;
-  for (RestLink& l : g.rest_links) l.presses = false;
-  measure(g, Acting::as_before);
-  const bool any =
-      std::any_of(g.rest_contacts.begin(), g.rest_contacts.end(),
-                  [](const RestContact& r) { return r.near && r.cone.at != At::apex; });
-  if (!any || !find_direction(g)) return false;
-  advance(g, 1);
-  return true;
-}
-
-/// A search: the fastest speed without contacts, m/s, and the iterations that are left.
-struct Search {
-  Real fastest;
-  int left;
-};
-
-/// Newton's method until no residual exceeds `enough`, m/s, or kNearly times that where rounding
-/// stops progress.
-bool iterate(const Group& g, Real enough, int most, Search& s) {
-  Real before = std::numeric_limits<Real>::infinity();
-  for (int n = 0;; ++n, --s.left) {
-    const Real left = measure(g);
-    const bool nearly = left <= kNearly * enough;
-    if (left <= enough || (nearly && left > 0.5 * before)) return true;
-    if (n == most || s.left <= 0 || !find_direction(g)) return nearly;
-    const Real part = search(g);
-    advance(g, part);
-    before = left;
+  std::size_t blocks = 0;
+  for (std::size_t i = 0; i < g.rest_rows.size(); ++i) {
+    g.rest_rows[i].at = kEnvelopeBlock * blocks;
+    blocks += i - g.rest_rows[i].first + 1;
   }
 }
 
@@ -387,47 +228,32 @@ Real error_of_lifts(const Group& g) {
 
 /// Moves on to the velocities with these goals at which every contact acts as found.
 bool follow_lifts(const Group& g) {
-  measure(g, Acting::as_found);
+  find_residuals(g, Acting::as_found);
   if (!find_direction(g)) return false;
-  advance(g, 1);
+  advance_search(g, 1);
   return true;
 }
 
-/// Continuation from far larger compliances, where the distribution of loads is found first.
-bool iterate_softer(const Group& g, Search& s) {
-  start(g);
-  const auto scale = [&](Real by) {
-    for (RestContact& r : g.rest_contacts) r.compliance *= by;
-    for (RestLink& l : g.rest_links) l.compliance *= by;
-  };
-  for (const auto& [softer, most] : kSofter) {
-    scale(softer);
-    const bool done = iterate(g, (softer > 1 ? kRoughly : kBalanced) * s.fastest, most, s);
-    const bool hopeless = !done && measure(g) > kHopeless * s.fastest;
-    scale(1 / softer);
-    if (softer == 1) return done;
-    if (hopeless) return false;
-  }
-  return false;
-}
-
-/// Solves again with corrected goals until they agree with the sliding found.
-bool settle_lifts(const Group& g, Search& s, Real h) {
-  const bool glides = may_glide_for(g, h);  // sweeps would be worse
-  const Real gained = h * weight_of(g);
+/// Solves again with corrected goals until they agree with the sliding found. In motion, bodies
+/// that slide may be lifted for a part of a step if that finds nothing.
+bool settle_lifts(const Group& g, const Task& task, Search& s) {
+  const Exactness& e = s.exactness;
   for (int n = 0;; ++n) {
     const Real error = error_of_lifts(g);
-    if (error <= kLifted * gained) return true;
-    if (n == (glides ? kLiftings : kFewLiftings)) return error <= kNearlyLifted * gained;
+    if (error <= e.lifted * s.typical) return true;
+    if (n == e.liftings) return error <= e.nearly_lifted * s.typical;
+    if (task.how == Solving::in_motion) keep_found(g);
     each_lift(g, [](RestContact& r, Real lift) { r.goal.x -= lift - r.lift, r.lift = lift; });
-    const bool found = follow_lifts(g) && iterate(g, kBalanced * s.fastest, kSofter[0].second, s);
-    if (!found && !(glides && iterate_softer(g, s))) return false;
+    if (follow_lifts(g) && iterate(g, kIterations, s)) continue;
+    if (task.how == Solving::in_motion) return return_to_kept(g), true;
+    // Sweeps would be worse for bodies that glide.
+    if (task.how != Solving::gliding || !iterate_softer(g, s)) return false;
   }
 }
 
 /// Reduces the compliance under heavy loads on light bodies. Whether there are any.
-bool harden(const Group& g, Real h) {
-  const Real most = kSinks * h * weight_of(g);
+bool harden(const Group& g, const Search& s) {
+  const Real most = s.exactness.sinks * s.typical;
   bool any = false;
   for (RestContact& r : g.rest_contacts) {
     const Real sinks = r.compliance * r.cone.impulse.x;
@@ -437,9 +263,8 @@ bool harden(const Group& g, Real h) {
   return harden_links(g, most) || any;
 }
 
-/// Whether no contact slides far at the velocities found, unless the step is short.
+/// Whether no contact slides far at the velocities found.
 bool is_at_rest(const Group& g, Real h) {
-  if (may_glide_for(g, h)) return true;
   for (std::size_t i = 0; i < g.contacts.size(); ++i) {
     const RestContact& r = g.rest_contacts[i];
     if (!r.near || r.cone.at != At::surface) continue;
@@ -450,49 +275,124 @@ bool is_at_rest(const Group& g, Real h) {
   return true;
 }
 
-}  // namespace
-
-Rest rest_group(const Group& g, const GroupPart& part) {
-  const Real h = part.h;
-  if (g.resting.empty()) return Rest::fails;
-  PANTIN_ASSERT(g.resting.size() == free_bodies(g.bodies));
-  begin_bodies(g, h);
-  start(g);
-  if (!begin_contacts(g, part)) return Rest::fails;
-  if (!are_calm(g, part)) return Rest::moves;
-  Real fastest = kLeastSpeed;
-  for (const RestBody& r : g.resting) fastest = std::max(fastest, glm::length(r.free.force));
-  start(g);
-  const Real enough = kBalanced * fastest;
-  const int first = h < part.whole ? kSwingIterations : kFirstIterations;
-  Search s{fastest, may_glide_for(g, h) ? kMostOfPart : kMostOfStep};
-  if (!(resume(g) && iterate(g, enough, first, s))) {
-    start(g);
-    if (!iterate(g, enough, kFirstIterations, s) && !iterate_softer(g, s)) return Rest::missed;
+/// Solves again with stiffer points until no load sinks. In motion, what was found before is kept
+/// where that finds nothing.
+bool settle_loads(const Group& g, const Task& task, Search& s) {
+  const bool may_yield = task.how == Solving::in_motion;
+  for (int n = 0;; ++n) {
+    if (may_yield) keep_found(g);
+    if (!harden(g, s)) return true;
+    if (n < kHardenings && iterate(g, kIterations, s)) continue;
+    if (may_yield) return_to_kept(g);
+    return may_yield;
   }
-  for (int n = 0; harden(g, h); ++n)
-    if (n == kHardenings || !iterate(g, enough, kSofter[0].second, s)) return Rest::missed;
-  if (!settle_lifts(g, s, h)) return Rest::missed;
-  if (!is_at_rest(g, h)) return Rest::moves;
-  if (!are_calm(g, part)) return Rest::moves;
-  set_rest_impulses(g);
-  for (GroupContact& c : g.contacts) c.passed += c.impulse;
-  for (GroupRolling& r : g.rollings) r.passed += r.impulse;
-  move_resting_trees(g, part);
-  for (GroupBody& b : g.bodies)
-    if (b.per_mass == 0 && b.velocity != Vec3(0)) move(b, b.velocity, h);
+}
+
+/// Finds the velocities. Whether the search converged.
+bool find_velocities(const Group& g, const Task& task, Search& s) {
+  start_search(g);
+  const bool moves = task.how == Solving::in_motion;
+  const int first = moves                           ? kMovingIterations
+                    : task.part.h < task.part.whole ? kSwingIterations
+                                                    : kFirstIterations;
+  s.is_exact = resume_search(g) && iterate(g, first, s);
+  if (!s.is_exact && moves && !iterate_yielding(g, s)) return false;
+  if (!s.is_exact && !moves) {
+    start_search(g);
+    if (!iterate(g, kFirstIterations, s) && !iterate_softer(g, s)) return false;
+    s.is_exact = true;
+  }
+  return !s.is_exact || (settle_loads(g, task, s) && settle_lifts(g, task, s));
+}
+
+/// Writes the velocities that were found to the bodies without joints.
+void set_velocities(const Group& g) {
   for (std::size_t i = 0; i < g.resting.size(); ++i) {
     GroupBody& b = g.bodies[i];
     const RestBody& r = g.resting[i];
     if (b.node != kNoNode) continue;
-    b.velocity = r.motion.force, b.spin = r.motion.torque;
-    b.angular_momentum = r.inertia * b.spin;
-    move(b, b.velocity, h);
-    slow_down(b, h);
+    b.before = b.velocity, b.velocity = r.motion.force;
+    b.spin = r.motion.torque, b.angular_momentum = r.inertia * b.spin;
   }
-  if (g.nodes.empty() && part.end == 1)
+}
+
+/// Moves bodies by the velocities that were found.
+void move_bodies(const Group& g, const Task& task) {
+  const Real h = task.part.h;
+  for (GroupBody& b : g.bodies)
+    if (b.per_mass == 0 && (b.velocity != Vec3(0) || b.spin != Vec3(0))) move(b, b.velocity, h);
+  for (std::size_t i = 0; i < g.resting.size(); ++i) {
+    GroupBody& b = g.bodies[i];
+    if (b.node != kNoNode) continue;
+    // The mean velocity is exact for a parabola.
+    const bool flies = task.how == Solving::in_motion && g.resting[i].pressed == 0;
+    move(b, flies ? 0.5 * (b.before + b.velocity) : b.velocity, h);
+  }
+}
+
+/// Takes back the velocities at which overlaps were closed.
+void relax(const Group& g, Search& s) {
+  keep_found(g);
+  bool any = false;
+  for (RestContact& r : g.rest_contacts) {
+    const Real closes = r.goal.x + r.lift;
+    if (r.near && closes > 0) r.goal.x -= closes, any = true;
+  }
+  if (!any) return;
+  s.left = std::max(s.left, kIterations);
+  if (!(follow_lifts(g) && iterate(g, kIterations, s))) return return_to_kept(g);
+  set_velocities(g);
+  for (GroupBody& b : g.bodies.first(g.resting.size())) b.spin = b.response * b.angular_momentum;
+}
+
+/// Impacts are not replayed: between substeps, no impulse is larger than the weight of all bodies
+/// can press.
+void forget_impacts(const Group& g, Real h) {
+  constexpr Real kLeast = 1e-6;  // it still acts
+  const Real most = h * whole_weight(g.bodies);
+  for (GroupContact& c : g.contacts)
+    if (c.impulse.x > most) c.impulse *= std::max(most / c.impulse.x, kLeast);
+}
+
+Rest solve_group(const Group& g, const Task& task) {
+  PANTIN_ASSERT(g.resting.size() == free_bodies(g.bodies));
+  const Real h = task.part.h;
+  const bool moves = task.how == Solving::in_motion;
+  begin_bodies(g, h);
+  start_search(g);
+  if (!begin_contacts(g, task)) return Rest::fails;
+  if (!moves && !are_calm(g, task.part)) return Rest::moves;
+  if (moves) pack_rows(g);
+  Search s{task.exactness(), h * weight_of(g), kLeastSpeed, task.most_iterations(g)};
+  for (const RestBody& r : g.resting) s.fastest = std::max(s.fastest, glm::length(r.free.force));
+  if (moves) s.typical = std::max(s.typical, s.fastest);
+  if (!find_velocities(g, task, s)) return Rest::missed;
+  if (task.how == Solving::at_rest && !is_at_rest(g, h)) return Rest::moves;
+  if (!moves && !are_calm(g, task.part)) return Rest::moves;
+  set_rest_impulses(g);
+  for (GroupContact& c : g.contacts) c.passed += c.impulse;
+  for (GroupRolling& r : g.rollings) r.passed += r.impulse;
+  move_resting_trees(g, task.part);
+  set_velocities(g);
+  move_bodies(g, task);
+  if (moves) relax(g, s), forget_impacts(g, h);
+  for (GroupBody& b : g.bodies)
+    if (b.per_mass > 0 && b.node == kNoNode) slow_down(b, h);
+  if (g.nodes.empty() && task.part.end == 1)
     for (GroupPair& p : g.pairs) prepare_pair(g, p);  // responses, for take_up
   return Rest::taken;
+}
+
+}  // namespace
+
+Rest rest_group(const Group& g, const GroupPart& part) {
+  if (g.resting.empty()) return Rest::fails;
+  return solve_group(g, {part, solving_of(g, part.h)});
+}
+
+Rest move_group(const Group& g, const GroupPart& part) {
+  if (g.resting.empty()) return Rest::fails;
+  return solve_group(g, {part, Solving::in_motion});
 }
 
 }  // namespace pantin::detail::articulated

@@ -39,6 +39,13 @@ inline Real size_of(const GroupBody& b) {
 /// and bodies without joints glide on one another (group_calm.cpp).
 bool are_calm(const Group& g, const GroupPart& part);
 
+/// Whether loads press bodies without joints, of which the first `free` are dynamic, so hard that
+/// sweeps would leave a sag in steps of h seconds. Impulses are forces.
+bool is_pressed(std::span<const GroupBody> bodies, std::span<const GroupContact> contacts,
+                std::size_t free, Real h);
+/// N: the weight of all bodies, and the forces applied to them.
+Real whole_weight(std::span<const GroupBody> bodies);
+
 /// The most rows of a joint with its actuator, of its limits, and of soft zones and the drive.
 inline constexpr std::size_t kMostJointLinks = 6, kMostLimitLinks = 4,
                              kMostSpringLinks = TurnSprings::kMost;

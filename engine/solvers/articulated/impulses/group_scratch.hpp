@@ -19,6 +19,7 @@ struct GroupScratch {
     std::size_t first_step = 0, steps = 0, first_number = 0, numbers = 0;
     std::size_t first_pair = 0, pairs = 0;
     std::size_t first_resting = 0, resting = 0, first_link = 0, links = 0;
+    bool pressed = false, waits = false;
     std::size_t first_laned = 0, laned = 0, first_batch = 0, batches = 0, lane_numbers = 0;
   };
   DisjointSets sets{0};                 // of islands

@@ -164,8 +164,19 @@ void join_rims(const Group& g, Real h) {
   }
 }
 
+namespace {
+
+Real frequency_in(Real h) { return kContactFrequency * std::max(Real(1), kLongestSubstep / h); }
+
+}  // namespace
+
+Real spring_stiffness(Real h) {
+  const Real omega = 2 * kPi * frequency_in(h);
+  return omega * omega;
+}
+
 void set_springs(Substep& s, Real h) {
-  const Real frequency = kContactFrequency * std::max(Real(1), kLongestSubstep / h);
+  const Real frequency = frequency_in(h);
   s.between = softness_of(frequency, s.h), s.against_fixed = softness_of(2 * frequency, s.h);
   s.before_limits = kBuffer * std::min(Real(1), h / kLongestTreeSubstep);
 }

@@ -3,18 +3,24 @@
 /// derivatives.
 #include <cmath>
 
-#include "engine/solvers/articulated/impulses/rest_parts.hpp"
+#include "engine/solvers/articulated/impulses/contact_groups.hpp"
 
 namespace pantin::detail::articulated {
 
 /// An impulse slides if it is longer across than this fraction of its bound.
 inline constexpr Real kOnCone = 1 - 1e-9;
 
+/// Whether a contact bore and did not slide in the last step.
+inline bool holds(const GroupContact& c) {
+  const Real most = kOnCone * c.friction * c.impulse.x;
+  return c.impulse.y * c.impulse.y + c.impulse.z * c.impulse.z < most * most;
+}
+
 /// The impulse of a contact: (goal - speed) / R, projected to the cone.
 inline ConeImpulse cone_of(const RestContact& r, Real friction, Vec3 speed) {
   const Vec3 y = (r.goal - speed) / r.compliance;
   const Real aside = std::sqrt(y.y * y.y + y.z * y.z);
-  if (aside <= friction * y.x) return {y, ConeImpulse::At::inside};
+  if (y.x > 0 && aside <= friction * y.x) return {y, ConeImpulse::At::inside};
   if (friction * aside <= -y.x) return {};
   const Real normal = (y.x + friction * aside) / (1 + friction * friction);
   const Vec3 across = Vec3(0, y.y, y.z) / aside;

@@ -35,7 +35,7 @@ struct RestBody {
   bool touches = false;        // in the step
   Real pressed = 0;            // N s, by its contacts
   Mat3 inertia{0};             // kg m^2, world axes
-  Wrench free, motion;         // without contacts and joints; current iterate
+  Wrench free, motion, kept;   // without contacts and joints; current iterate; an earlier one
   Wrench residual, direction;  // of momentum; of Newton's method
 };
 
@@ -54,6 +54,7 @@ struct RestContact {
   bool may_press = false, presses = false;  // predicted active; so in the first iteration
   Real compliance = 0;                      // 1/kg
   Real lift = 0;                            // m/s, of `goal`: see settle_lifts()
+  Real kept_compliance = 0, kept_lift = 0;  // see keep_found()
   Vec3 goal{0}, speed{0}, change{0};        // m/s, of a's point relative to b's
   ConeImpulse cone;
 };

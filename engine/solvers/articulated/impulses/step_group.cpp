@@ -264,6 +264,11 @@ void move(GroupBody& b, Vec3 velocity, Real h) {
 
 namespace {
 
+bool has_bounces(const Group& g) {
+  return std::any_of(g.contacts.begin(), g.contacts.end(),
+                     [](const GroupContact& c) { return c.restitution > 0; });
+}
+
 /// Whether a contact with restitution carries no load: a body bounces on it. In the free motion
 /// between impacts the group applies weight half a substep early; loaded contacts compensate that.
 bool is_bouncing(const Group& g) {
@@ -274,7 +279,7 @@ bool is_bouncing(const Group& g) {
 /// Tries the step as one of a group at rest. Then, or before, stored impulses become those of a
 /// substep, from the mean forces.
 Rest rest_or_not(const Group& g, Real h, Real substep) {
-  if (g.resting.empty()) {
+  if (g.resting.empty() || g.waits) {
     change_length(g, substep);
     return Rest::fails;
   }
@@ -284,11 +289,26 @@ Rest rest_or_not(const Group& g, Real h, Real substep) {
   return rest;
 }
 
-/// Tries a part of the step likewise. Notes in `rest` if a search was in vain.
-bool rests_in(const Group& g, const GroupPart& part, Rest& rest) {
-  const Rest now = rest_group(g, part);
+/// What is tried for the next part of a step: only arms that touch nothing move, or bodies without
+/// joints glide; or any motion of bodies that are pressed; or sweeps.
+enum class Whole : std::uint8_t { calm, moving, none };
+
+/// Tries a part of the step as a whole. Notes in `rest` if a search was in vain. Returns what to
+/// try next; with `none` this part is left to sweeps, too.
+Whole solve_whole(const Group& g, const Substep& s, Whole as, Rest& rest) {
+  if (as == Whole::calm) {
+    const Rest now = rest_group(g, s.part);
+    if (now == Rest::taken) return Whole::calm;
+    if (now == Rest::missed) rest = now;
+    if (!g.pressed) return Whole::none;
+  }
+  if (has_bounces(g)) {
+    prepare_group(g, s);
+    collide_elastically(g, s);
+  }
+  const Rest now = move_group(g, s.part);
   if (now == Rest::missed) rest = now;
-  return now == Rest::taken;
+  return now == Rest::taken ? Whole::moving : Whole::none;
 }
 
 }  // namespace
@@ -323,8 +343,8 @@ Rest step_group(const Group& g, Real h, Pace& pace) {
     c.before = c.impulse.x;
     if (s.hard) c.rest = 0;  // the offset of a heap's springs does not apply without springs
   }
-  // Only arms that touch nothing move, or bodies without joints glide.
-  bool swings = rest == Rest::moves && substeps > 1;
+  const bool may_be_calm = rest == Rest::moves && substeps > 1;
+  Whole whole = may_be_calm ? Whole::calm : g.pressed ? Whole::moving : Whole::none;
   s.part = {s.h, 0, 0, h};
   bool in_haste = false;
   for (int n = 0, left = rests ? 0 : substeps; left > 0; ++n, --left) {
@@ -339,11 +359,12 @@ Rest step_group(const Group& g, Real h, Pace& pace) {
     s.part.begin = s.part.end;
     const Real after = in_haste ? s.part.begin + (1 - s.part.begin) / left : Real(n + 1) / substeps;
     s.part.end = left == 1 ? 1 : after;
-    swings = swings && !in_haste && rests_in(g, s.part, rest);
-    if (!swings) take_parts(g, s, turned(Order::forwards, n));
+    if (in_haste && whole == Whole::calm) whole = g.pressed ? Whole::moving : Whole::none;
+    if (whole != Whole::none) whole = solve_whole(g, s, whole, rest);
+    if (whole == Whole::none) take_parts(g, s, turned(Order::forwards, n));
     pace.note_substep();
   }
-  if (!s.hard) take_up(g, s, rests || swings ? kForGood : h);
+  if (!s.hard) take_up(g, s, rests || whole != Whole::none ? kForGood : h);
   const GroupPart end{0, 1, 1, h};
   if (has_cables(g)) {
     centre_bodies(g);

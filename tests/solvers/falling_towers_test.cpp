@@ -1,0 +1,106 @@
+// Towers that fall a little: of small boxes, under heavy ones, high ones. What the impact leaves of
+// their motion must neither press them flat nor move them aside.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "tests/base/random.hpp"
+#include "tests/solvers/solids.hpp"
+
+using namespace pantin;
+using namespace pantin::test;
+
+namespace {
+
+/// Boxes of a height `size` above one another, the lowest `drop` sizes above the ground, a little
+/// aside and turned; the top one is `top` times as heavy as the others.
+struct Tower {
+  World world;
+  std::vector<Entity> boxes;
+  Real size;
+
+  struct Kind {
+    Real size, drop, top;
+    int count;
+  };
+  explicit Tower(const Kind& kind) : size(kind.size) {
+    Random dice(7);
+    Collision rough;
+    rough.friction = 0.5;
+    add_ground(world, rough);
+    for (int i = 0; i < kind.count; ++i) {
+      const Vec3 at(dice.between(-0.005, 0.005), 0.5 + kind.drop + i * (1 + 1e-9),
+                    dice.between(-0.005, 0.005));
+      const Quat turned = from_rotation_vector({0, dice.between(-0.02, 0.02), 0});
+      boxes.push_back(add_solid(world, box_shape(Vec3(0.5 * size)), {size * at, turned},
+                                Motion::dynamic, rough,
+                                i + 1 == kind.count ? 1000 * kind.top : 1000));
+    }
+  }
+};
+
+/// In sizes: the deepest overlap of a box with the one below it, or with the ground.
+Real deepest(const Tower& t, const World& w) {
+  Real most = 0, below = -0.5;
+  for (const Entity e : t.boxes) {
+    const Real at = w.bodies[e].pose.position.y / t.size;
+    most = std::max(most, below + 1 - at), below = at;
+  }
+  return most;
+}
+
+}  // namespace
+
+TEST_CASE("towers of any size and load that fall by a tenth of a box stand") {
+  for (const Real size : {0.001, 0.01, 0.1})
+    for (const int count : {4, 10, 20})
+      for (const Real top : {1.0, 10.0, 100.0, 1000.0})
+        for (const Real drop : {0.02, 0.1}) {
+          CAPTURE(size, count, top, drop);
+          const Tower t({size, drop, top, count});
+          Simulation sim = Simulation::copy_of(t.world, {1.0 / 60});
+          const Real first = measure(sim.world).energy();
+          for (int n = 0; n < 150; ++n) {
+            REQUIRE(sim.step().status == Status::ok);
+            CHECK(deepest(t, sim.world) < 0.03);
+            CHECK(measure(sim.world).energy() < (1 + 1e-9) * first);
+          }
+          for (std::size_t i = 0; i < t.boxes.size(); ++i) {
+            const Vec3 at = sim.world.bodies[t.boxes[i]].pose.position / size;
+            const Vec3 from = t.world.bodies[t.boxes[i]].pose.position / size;
+            CHECK(std::abs(at.y - 0.5 - static_cast<Real>(i)) < 2e-3);
+            CHECK(std::hypot(at.x - from.x, at.z - from.z) < 0.01);
+          }
+        }
+}
+
+TEST_CASE("boxes that fall on one another one after the other form a tower") {
+  for (const Real size : {0.001, 0.01, 0.1})
+    for (const Real top : {1.0, 100.0}) {
+      CAPTURE(size, top);
+      Tower t({size, 0, top, 10});
+      for (std::size_t i = 0; i < t.boxes.size(); ++i)
+        t.world.bodies[t.boxes[i]].pose.position.y += 0.1 * size * static_cast<Real>(i + 1);
+      Simulation sim = Simulation::copy_of(t.world, {1.0 / 60});
+      for (int n = 0; n < 180; ++n) {
+        REQUIRE(sim.step().status == Status::ok);
+        CHECK(deepest(t, sim.world) < 0.05);
+      }
+      CHECK(sim.world.bodies[t.boxes.back()].pose.position.y == Approx(9.5 * size).epsilon(2e-3));
+    }
+}
+
+TEST_CASE("boxes without friction do not stick to one another") {
+  World w;
+  w.gravity = Vec3(0);
+  Collision smooth;
+  smooth.friction = 0;
+  std::vector<Entity> boxes;
+  for (int i = 0; i < 5; ++i)
+    boxes.push_back(
+        add_solid(w, box_shape(Vec3(0.1)), {{0.2 * i, 0, 0}, kIdentity}, Motion::dynamic, smooth));
+  w.bodies[boxes.back()].velocity = {0.015, 0, 0};
+  Simulation sim = Simulation::copy_of(w, {1.0 / 60});
+  for (int n = 0; n < 60; ++n) REQUIRE(sim.step().status == Status::ok);
+  CHECK(sim.world.bodies[boxes.back()].velocity.x == Approx(0.015).epsilon(1e-6));
+  CHECK(std::abs(sim.world.bodies[boxes.front()].velocity.x) < 1e-9);
+}
