@@ -51,7 +51,7 @@ Real deepest(const Tower& t, const World& w) {
 }  // namespace
 
 TEST_CASE("towers of any size and load that fall by a tenth of a box stand") {
-  for (const Real size : {0.001, 0.01, 0.1})
+  for (const Real size : {0.001, 0.01, 0.1, 1.0})
     for (const int count : {4, 10, 20})
       for (const Real top : {1.0, 10.0, 100.0, 1000.0})
         for (const Real drop : {0.02, 0.1}) {
@@ -74,7 +74,7 @@ TEST_CASE("towers of any size and load that fall by a tenth of a box stand") {
 }
 
 TEST_CASE("boxes that fall on one another one after the other form a tower") {
-  for (const Real size : {0.001, 0.01, 0.1})
+  for (const Real size : {0.001, 0.01, 0.1, 1.0})
     for (const Real top : {1.0, 100.0}) {
       CAPTURE(size, top);
       Tower t({size, 0, top, 10});

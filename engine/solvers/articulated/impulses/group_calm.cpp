@@ -13,9 +13,11 @@ constexpr Real kCalmWay = 0.02;
 constexpr Real kStill = 1e-3;
 /// Fraction of a shallow overlap: points with a smaller gap bear bodies that glide.
 constexpr Real kBears = 0.1;
-/// Sizes of a body by which contact springs may give way under the load that it bears, and would
-/// under the weight of all.
-constexpr Real kSags = 0.003, kSagsByAll = 0.1;
+/// Sizes of a body by which contact springs may give way under the load that it bears, where most
+/// pairs touch at edges and where they touch at faces, as in towers; and would under the weight of
+/// all.
+constexpr Real kSags = 0.003, kSagsAtFaces = 0.0003, kSagsByAll = 0.1;
+constexpr std::size_t kPointsOfFace = 3;
 /// Largest fraction of a group's mass that may swing from it.
 constexpr Real kArms = 0.1;
 
@@ -101,26 +103,27 @@ bool is_pressed(std::span<const GroupBody> bodies, std::span<const GroupContact>
                 std::size_t free, Real h) {
   if (free <= kFewBodies) return false;
   const Real weight = whole_weight(bodies), stiffness = spring_stiffness(h);
-  const auto sags = [&](const GroupBody& b, Real load, Real most) {
-    return load * b.per_mass > most * stiffness * size_of(b);
+  /// Sizes of a body by which a load compresses its springs.
+  const auto sag_of = [&](const GroupBody& b, Real load) {
+    return load * b.per_mass / (stiffness * size_of(b));
   };
-  if (std::any_of(bodies.begin(), bodies.begin() + static_cast<std::ptrdiff_t>(free),
-                  [&](const GroupBody& b) { return sags(b, weight, kSagsByAll); }))
-    return true;
-  std::size_t slide = 0, hold = 0;
-  bool is_soft = false;
+  Real under_all = 0, most = 0;
+  for (const GroupBody& b : bodies.first(free)) under_all = std::max(under_all, sag_of(b, weight));
+  if (under_all > kSagsByAll) return true;
+  std::size_t slide = 0, hold = 0, pairs = 0, at_faces = 0;
   for (std::size_t from = 0, to = 0; from < contacts.size(); from = to) {
     Real load = 0;
+    std::size_t points = 0;
     for (to = from; to < contacts.size() && have_same_bodies(contacts[to], contacts[from]); ++to) {
-      const GroupContact& c = contacts[to];
-      if (!(c.impulse.x > 0)) continue;
-      load += c.impulse.x;
-      ++(holds(c) ? hold : slide);
+      if (!(contacts[to].impulse.x > 0)) continue;
+      load += contacts[to].impulse.x, ++points;
+      ++(holds(contacts[to]) ? hold : slide);
     }
+    pairs += points > 0, at_faces += points >= kPointsOfFace;
     for (const std::uint32_t i : {contacts[from].a, contacts[from].b})
-      is_soft = is_soft || (i < free && sags(bodies[i], std::min(load, weight), kSags));
+      if (i < free) most = std::max(most, sag_of(bodies[i], std::min(load, weight)));
   }
-  return is_soft && slide <= hold;
+  return slide <= hold && most > (2 * at_faces >= pairs ? kSagsAtFaces : kSags);
 }
 
 bool are_calm(const Group& g, const GroupPart& part) {
