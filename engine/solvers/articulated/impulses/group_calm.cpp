@@ -123,6 +123,7 @@ bool is_pressed(std::span<const GroupBody> bodies, std::span<const GroupContact>
     for (const std::uint32_t i : {contacts[from].a, contacts[from].b})
       if (i < free) most = std::max(most, sag_of(bodies[i], std::min(load, weight)));
   }
+  if (pairs == 0) return under_all > kSagsAtFaces;  // they are about to strike
   return slide <= hold && most > (2 * at_faces >= pairs ? kSagsAtFaces : kSags);
 }
 
