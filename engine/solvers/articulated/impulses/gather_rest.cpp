@@ -8,8 +8,6 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Least mean number of points of a pair: bodies touching at single points roll, and rarely rest.
-constexpr std::size_t kLeastPoints = 2;
 /// Block products of the factor, per contact: above this, sweeps are cheaper.
 constexpr std::size_t kMostProducts = 50;
 /// The same per body of a group that glides, which is solved in every substep: towers have fewer.
@@ -42,14 +40,6 @@ void add_links(GroupScratch& r, const GroupScratch::Range& range) {
   r.rest_links.resize(r.rest_links.size() + rows);
 }
 
-/// Whether bodies touch at faces, not at single points.
-bool has_faces(std::span<const GroupContact> contacts) {
-  std::size_t pairs = 0;
-  for (std::size_t i = 0; i < contacts.size(); ++i)
-    pairs += i == 0 || !have_same_bodies(contacts[i], contacts[i - 1]);
-  return contacts.size() >= kLeastPoints * pairs;
-}
-
 }  // namespace
 
 void gather_resting(GroupScratch& r, GroupScratch::Range& range, Real h) {
@@ -59,12 +49,13 @@ void gather_resting(GroupScratch& r, GroupScratch::Range& range, Real h) {
     if (c.impulse.x > 0 || (is_free && bears(c))) bodies[c.a].touched = bodies[c.b].touched = true;
   const std::size_t count = free_bodies(bodies);
   const auto contacts = std::span(r.contacts).subspan(range.first_contact);
-  if (count < 2 || !has_faces(contacts)) return;
-  const bool calm = !range.waits && is_calm(bodies, count, h);
+  if (count < 2) return;
+  const bool may_rest = !range.waits && has_faces(contacts);
+  const bool calm = may_rest && is_calm(bodies, count, h);
   const bool pressed =
       is_free && r.ties.size() == range.first_tie && is_pressed(bodies, contacts, count, h);
   if (!calm && !pressed &&
-      !(is_free && !range.waits && count > kFewBodies && may_glide(bodies, contacts, count)))
+      !(is_free && may_rest && count > kFewBodies && may_glide(bodies, contacts, count)))
     return;
   for (const GroupTree& t : std::span(r.trees).subspan(range.first_tree))
     if (t.from != t.to || t.held_spin != Vec3(0)) return;

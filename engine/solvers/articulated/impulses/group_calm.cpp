@@ -15,9 +15,11 @@ constexpr Real kStill = 1e-3;
 constexpr Real kBears = 0.1;
 /// Sizes of a body by which contact springs may give way under the load that it bears, where most
 /// pairs touch at edges and where they touch at faces, as in towers; and would under the weight of
-/// all.
-constexpr Real kSags = 0.003, kSagsAtFaces = 0.0003, kSagsByAll = 0.1;
+/// the heaviest, and of all.
+constexpr Real kSags = 0.003, kSagsAtFaces = 0.0003, kSagsByOne = 0.05, kSagsByAll = 0.1;
 constexpr std::size_t kPointsOfFace = 3;
+/// Least mean number of points of a pair: bodies touching at single points roll, and rarely rest.
+constexpr std::size_t kLeastPoints = 2;
 /// Largest fraction of a group's mass that may swing from it.
 constexpr Real kArms = 0.1;
 
@@ -99,6 +101,13 @@ Real whole_weight(std::span<const GroupBody> bodies) {
   return weight;
 }
 
+bool has_faces(std::span<const GroupContact> contacts) {
+  std::size_t pairs = 0;
+  for (std::size_t i = 0; i < contacts.size(); ++i)
+    pairs += i == 0 || !have_same_bodies(contacts[i], contacts[i - 1]);
+  return contacts.size() >= kLeastPoints * pairs;
+}
+
 bool is_pressed(std::span<const GroupBody> bodies, std::span<const GroupContact> contacts,
                 std::size_t free, Real h) {
   if (free <= kFewBodies) return false;
@@ -107,8 +116,15 @@ bool is_pressed(std::span<const GroupBody> bodies, std::span<const GroupContact>
   const auto sag_of = [&](const GroupBody& b, Real load) {
     return load * b.per_mass / (stiffness * size_of(b));
   };
-  Real under_all = 0, most = 0;
-  for (const GroupBody& b : bodies.first(free)) under_all = std::max(under_all, sag_of(b, weight));
+  Real under_all = 0, under_one = 0, heaviest = 0, most = 0;
+  for (const GroupBody& b : bodies.first(free))
+    heaviest = std::max(heaviest, glm::length(b.acceleration) / b.per_mass);
+  for (const GroupBody& b : bodies.first(free)) {
+    under_all = std::max(under_all, sag_of(b, weight));
+    under_one = std::max(under_one, sag_of(b, heaviest));
+  }
+  if (under_one > kSagsByOne) return true;
+  if (!has_faces(contacts)) return false;
   if (under_all > kSagsByAll) return true;
   std::size_t slide = 0, hold = 0, pairs = 0, at_faces = 0;
   for (std::size_t from = 0, to = 0; from < contacts.size(); from = to) {

@@ -39,6 +39,8 @@ inline Real size_of(const GroupBody& b) {
 /// and bodies without joints glide on one another (group_calm.cpp).
 bool are_calm(const Group& g, const GroupPart& part);
 
+/// Whether bodies touch at faces, not at single points.
+bool has_faces(std::span<const GroupContact> contacts);
 /// Whether loads press bodies without joints, of which the first `free` are dynamic, so hard that
 /// sweeps would leave a sag in steps of h seconds. Impulses are forces.
 bool is_pressed(std::span<const GroupBody> bodies, std::span<const GroupContact> contacts,
