@@ -38,6 +38,11 @@ struct Tower {
   }
 };
 
+void each_collision(World& w, const auto& visit) {
+  for (const Entity e : w.bodies.owners())
+    if (Collision* c = w.collisions.find(e)) visit(*c);
+}
+
 /// In sizes: the deepest overlap of a box with the one below it, or with the ground.
 Real deepest(const Tower& t, const World& w) {
   Real most = 0, below = -0.5;
@@ -135,5 +140,45 @@ TEST_CASE("plates on balls stay there, up to a thousand times their weight") {
         CHECK(at.y == Approx(kLayers * 1.5 - 0.25).epsilon(5e-3));
         // Where sweeps are used, a plate may roll a little from a fall by half a ball.
         CHECK(std::hypot(at.x, at.z) < (drop < 0.5 ? 0.01 : 0.25));
+      }
+}
+
+TEST_CASE("a tower with a heavy top slides down a smooth slope as one body") {
+  struct Slope {
+    Real size, degrees, friction;
+  };
+  for (const Slope& slope : {Slope{0.001, 35, 0}, {0.1, 20, 0}, {10, 35, 0}}) {
+    CAPTURE(slope.size, slope.degrees, slope.friction);
+    Tower t({slope.size, 0, 1e4, 10});
+    each_collision(t.world, [&](Collision& c) { c.friction = slope.friction; });
+    const Real angle = slope.degrees * kPi / 180;
+    t.world.gravity = 9.81 * Vec3(std::sin(angle), -std::cos(angle), 0);
+    Simulation sim = Simulation::copy_of(t.world, {1.0 / 60});
+    for (int n = 0; n < 60; ++n) REQUIRE(sim.step().status == Status::ok);
+    const Real way = 0.5 * 9.81 * (std::sin(angle) - slope.friction * std::cos(angle));
+    for (std::size_t i = 0; i < t.boxes.size(); ++i) {
+      const Vec3 at = sim.world.bodies[t.boxes[i]].pose.position;
+      const Vec3 from = t.world.bodies[t.boxes[i]].pose.position;
+      CHECK(at.x - from.x == Approx(way).epsilon(5e-3));
+      CHECK(std::abs(at.y - from.y) < 5e-3 * slope.size);
+    }
+  }
+}
+
+TEST_CASE("a tower lands on a floor that moves along with it as on one at rest") {
+  for (const Real size : {0.001, 0.01, 0.1})
+    for (const Real top : {1.0, 1e4})
+      for (const Real speed : {1.0, 10.0, 50.0}) {
+        CAPTURE(size, top, speed);
+        Tower t({size, 0.1, top, 5});
+        for (const Entity e : t.boxes) t.world.bodies[e].velocity.x = speed;
+        Body& ground = t.world.bodies[t.world.bodies.owners().front()];
+        ground.motion = Motion::kinematic, ground.velocity.x = speed;
+        Simulation sim = Simulation::copy_of(t.world, {1.0 / 240});
+        for (int n = 0; n < 120; ++n) {
+          REQUIRE(sim.step().status == Status::ok);
+          CHECK(deepest(t, sim.world) < 0.03);
+        }
+        for (const Entity e : t.boxes) CHECK(sim.world.bodies[e].velocity.x == Approx(speed));
       }
 }

@@ -110,8 +110,10 @@ void slow_bodies(const Group& g, Real now, Real before) {
   const Real part = std::sqrt(before / now);
   for (GroupBody& b : g.bodies)
     if (b.per_mass > 0) b.velocity *= part, b.spin *= part, b.angular_momentum *= part;
-  (g.trees.empty() ? g.ties.front().energy_removed : g.trees.front().energy_removed) +=
-      now - before;
+  if (!g.trees.empty())
+    g.trees.front().energy_removed += now - before;
+  else if (!g.ties.empty())
+    g.ties.front().energy_removed += now - before;
 }
 
 }  // namespace pantin::detail::articulated

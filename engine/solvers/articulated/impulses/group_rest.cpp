@@ -49,7 +49,7 @@ constexpr Real kMayPress = 0.1;
 constexpr Real kLeastSpeed = 1e-6;
 /// Newton iterations in a step, in a part of it in which bodies glide, and in motion: so many
 /// iterations times contacts that may act, within bounds.
-constexpr int kMostOfStep = 120, kMostOfPart = 80, kLeastInMotion = 40;
+constexpr int kMostOfStep = 120, kMostOfPart = 80, kLeastInMotion = 20;
 constexpr std::size_t kWorkInMotion = 10000;
 /// Of these the first, from the impulses of the last step: in whole steps, in calm parts, in
 /// motion.
@@ -345,6 +345,18 @@ void relax(const Group& g, Search& s) {
   for (GroupBody& b : g.bodies.first(g.resting.size())) b.spin = b.response * b.angular_momentum;
 }
 
+/// Limits the energy to that of the motion without contacts, and the work of surfaces: softer
+/// points and lifts that were not corrected may add some.
+void limit_energy(const Group& g) {
+  Real allowed = work_of_surfaces(g);
+  for (std::size_t i = 0; i < g.resting.size(); ++i) {
+    const RestBody& r = g.resting[i];
+    allowed += 0.5 * (glm::dot(r.free.force, r.free.force) / g.bodies[i].per_mass +
+                      glm::dot(r.free.torque, r.inertia * r.free.torque));
+  }
+  slow_bodies(g, energy_of_bodies(g), allowed);
+}
+
 /// Impacts are not replayed: between substeps, no impulse is larger than the weight of all bodies
 /// can press.
 void forget_impacts(const Group& g, Real h) {
@@ -352,6 +364,24 @@ void forget_impacts(const Group& g, Real h) {
   const Real most = h * whole_weight(g.bodies);
   for (GroupContact& c : g.contacts)
     if (c.impulse.x > most) c.impulse *= std::max(most / c.impulse.x, kLeast);
+}
+
+/// m/s: of what bears the group, or of its mass centre.
+Vec3 ground_velocity(const Group& g) {
+  if (g.bodies.size() > g.resting.size()) return g.bodies[g.resting.size()].velocity;
+  Vec3 momentum(0);
+  Real mass = 0;
+  for (std::size_t i = 0; i < g.resting.size(); ++i)
+    momentum += g.resting[i].free.force / g.bodies[i].per_mass, mass += 1 / g.bodies[i].per_mass;
+  return momentum / mass;
+}
+
+/// m/s, at the contacts that may act, without them.
+Real fastest_closing(const Group& g) {
+  Real most = 0;
+  for (std::size_t i = 0; i < g.contacts.size(); ++i)
+    if (g.rest_contacts[i].near) most = std::max(most, closing_speed(g, g.contacts[i]));
+  return most;
 }
 
 Rest solve_group(const Group& g, const Task& task) {
@@ -364,8 +394,10 @@ Rest solve_group(const Group& g, const Task& task) {
   if (!moves && !are_calm(g, task.part)) return Rest::moves;
   if (moves) pack_rows(g);
   Search s{task.exactness(), h * weight_of(g), kLeastSpeed, task.most_iterations(g)};
-  for (const RestBody& r : g.resting) s.fastest = std::max(s.fastest, glm::length(r.free.force));
-  if (moves) s.typical = std::max(s.typical, s.fastest);
+  const Vec3 ground = moves ? ground_velocity(g) : Vec3(0);
+  for (const RestBody& r : g.resting)
+    s.fastest = std::max(s.fastest, glm::length(r.free.force - ground));
+  if (moves) s.typical = std::max(s.typical, fastest_closing(g));
   if (!find_velocities(g, task, s)) return Rest::missed;
   if (task.how == Solving::at_rest && !is_at_rest(g, h)) return Rest::moves;
   if (!moves && !are_calm(g, task.part)) return Rest::moves;
@@ -375,7 +407,7 @@ Rest solve_group(const Group& g, const Task& task) {
   move_resting_trees(g, task.part);
   set_velocities(g);
   move_bodies(g, task);
-  if (moves) relax(g, s), forget_impacts(g, h);
+  if (moves) relax(g, s), limit_energy(g), forget_impacts(g, h);
   for (GroupBody& b : g.bodies)
     if (b.per_mass > 0 && b.node == kNoNode) slow_down(b, h);
   if (g.nodes.empty() && task.part.end == 1)

@@ -151,7 +151,7 @@ void take_substep(const Group& g, const Substep& s, Order order) {
     }
   const bool on_cables = has_cables(g);
   if (on_cables) begin_cables(g, s.h);
-  const bool is_bound = is_bounded(g);
+  const bool is_bound = is_bounded(g) || g.pressed;
   if (is_bound && collided) settle_trees(g);
   const Real energy = is_bound ? kinetic_energy(g) + elastic_energy(g) : 0;
   if (is_bound) remember_free(g);
@@ -293,6 +293,15 @@ Rest rest_or_not(const Group& g, Real h, Real substep) {
 /// joints glide; or any motion of bodies that are pressed; or sweeps.
 enum class Whole : std::uint8_t { calm, moving, none };
 
+/// Whether one body is kUneven times as heavy as another.
+bool is_uneven(const Group& g) {
+  constexpr Real kUneven = 100;
+  Real least = std::numeric_limits<Real>::infinity(), most = 0;
+  for (const GroupBody& b : g.bodies)
+    if (b.per_mass > 0) least = std::min(least, b.per_mass), most = std::max(most, b.per_mass);
+  return most > kUneven * least;
+}
+
 /// Tries a part of the step as a whole. Notes in `rest` if a search was in vain. Returns what to
 /// try next; with `none` this part is left to sweeps, too.
 Whole solve_whole(const Group& g, const Substep& s, Whole as, Rest& rest) {
@@ -308,7 +317,10 @@ Whole solve_whole(const Group& g, const Substep& s, Whole as, Rest& rest) {
   }
   const Rest now = move_group(g, s.part);
   if (now == Rest::missed) rest = now;
-  return now == Rest::taken ? Whole::moving : Whole::none;
+  if (now == Rest::taken) return Whole::moving;
+  // Sweeps cannot correct what heavy bodies press on light ones.
+  if (is_uneven(g)) scale_impulses(g, 0);
+  return Whole::none;
 }
 
 }  // namespace
