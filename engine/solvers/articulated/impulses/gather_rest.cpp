@@ -40,6 +40,13 @@ void add_links(GroupScratch& r, const GroupScratch::Range& range) {
   r.rest_links.resize(r.rest_links.size() + rows);
 }
 
+std::size_t pairs_of(std::span<const GroupContact> contacts) {
+  std::size_t pairs = 0;
+  for (std::size_t i = 0; i < contacts.size(); ++i)
+    pairs += i == 0 || !have_same_bodies(contacts[i], contacts[i - 1]);
+  return pairs;
+}
+
 }  // namespace
 
 void gather_resting(GroupScratch& r, GroupScratch::Range& range, Real h) {
@@ -50,7 +57,7 @@ void gather_resting(GroupScratch& r, GroupScratch::Range& range, Real h) {
   const std::size_t count = free_bodies(bodies);
   const auto contacts = std::span(r.contacts).subspan(range.first_contact);
   if (count < 2) return;
-  const bool may_rest = !range.waits && has_faces(contacts);
+  const bool may_rest = !range.waits && have_faces(contacts.size(), pairs_of(contacts));
   const bool calm = may_rest && is_calm(bodies, count, h);
   const bool pressed =
       is_free && r.ties.size() == range.first_tie && is_pressed(bodies, contacts, count, h);

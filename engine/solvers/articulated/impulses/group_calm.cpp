@@ -1,4 +1,5 @@
-// Whether the bodies of a group hardly move, so that it may be solved at rest (group_rest.cpp).
+// Whether a group is solved as a whole (group_rest.cpp): its bodies hardly move, glide on one
+// another, or are pressed too hard for contact springs.
 #include <algorithm>
 
 #include "engine/solvers/articulated/impulses/group_resting.hpp"
@@ -101,12 +102,7 @@ Real whole_weight(std::span<const GroupBody> bodies) {
   return weight;
 }
 
-bool has_faces(std::span<const GroupContact> contacts) {
-  std::size_t pairs = 0;
-  for (std::size_t i = 0; i < contacts.size(); ++i)
-    pairs += i == 0 || !have_same_bodies(contacts[i], contacts[i - 1]);
-  return contacts.size() >= kLeastPoints * pairs;
-}
+bool have_faces(std::size_t points, std::size_t pairs) { return points >= kLeastPoints * pairs; }
 
 bool is_pressed(std::span<const GroupBody> bodies, std::span<const GroupContact> contacts,
                 std::size_t free, Real h) {
@@ -124,9 +120,7 @@ bool is_pressed(std::span<const GroupBody> bodies, std::span<const GroupContact>
     under_one = std::max(under_one, sag_of(b, heaviest));
   }
   if (under_one > kSagsByOne) return true;
-  if (!has_faces(contacts)) return false;
-  if (under_all > kSagsByAll) return true;
-  std::size_t slide = 0, hold = 0, pairs = 0, at_faces = 0;
+  std::size_t slide = 0, hold = 0, pairs = 0, at_faces = 0, all_pairs = 0;
   for (std::size_t from = 0, to = 0; from < contacts.size(); from = to) {
     Real load = 0;
     std::size_t points = 0;
@@ -135,10 +129,12 @@ bool is_pressed(std::span<const GroupBody> bodies, std::span<const GroupContact>
       load += contacts[to].impulse.x, ++points;
       ++(holds(contacts[to]) ? hold : slide);
     }
-    pairs += points > 0, at_faces += points >= kPointsOfFace;
+    ++all_pairs, pairs += points > 0, at_faces += points >= kPointsOfFace;
     for (const std::uint32_t i : {contacts[from].a, contacts[from].b})
       if (i < free) most = std::max(most, sag_of(bodies[i], std::min(load, weight)));
   }
+  if (!have_faces(contacts.size(), all_pairs)) return false;
+  if (under_all > kSagsByAll) return true;
   if (pairs == 0) return under_all > kSagsAtFaces;  // they are about to strike
   return slide <= hold && most > (2 * at_faces >= pairs ? kSagsAtFaces : kSags);
 }

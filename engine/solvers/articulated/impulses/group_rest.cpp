@@ -31,9 +31,27 @@ constexpr Real kSlides = 2e-3;
 /// m/s: bodies that glide strike others if points close faster.
 constexpr Real kStrikes = 0.1;
 /// At rest, gliding, and in motion.
-constexpr Exactness kAtRest{kRestCompliance, 1e-9, 1e-7, 1e-5, 1e-5, 1e-3, 3},
-    kGliding{kRestCompliance, 1e-9, 1e-7, 1e-5, 1e-5, 1e-3, 12},
-    kInMotion{100 * kRestCompliance, 1e-6, 1e-5, 1e-3, 1e-3, 1e-2, 3};
+constexpr Exactness kAtRest{.compliance = kRestCompliance,
+                            .balanced = 1e-9,
+                            .nearly = 1e-7,
+                            .sinks = 1e-5,
+                            .lifted = 1e-5,
+                            .nearly_lifted = 1e-3,
+                            .liftings = 3},
+    kGliding{.compliance = kRestCompliance,
+             .balanced = 1e-9,
+             .nearly = 1e-7,
+             .sinks = 1e-5,
+             .lifted = 1e-5,
+             .nearly_lifted = 1e-3,
+             .liftings = 12},
+    kInMotion{.compliance = 100 * kRestCompliance,
+              .balanced = 1e-6,
+              .nearly = 1e-5,
+              .sinks = 1e-3,
+              .lifted = 1e-3,
+              .nearly_lifted = 1e-2,
+              .liftings = 3};
 /// Lifts of less than this fraction of the sliding need no correction.
 constexpr Real kLiftedOfSliding = 1e-3;
 /// Corrections of the compliance, at most.

@@ -39,8 +39,8 @@ inline Real size_of(const GroupBody& b) {
 /// and bodies without joints glide on one another (group_calm.cpp).
 bool are_calm(const Group& g, const GroupPart& part);
 
-/// Whether bodies touch at faces, not at single points.
-bool has_faces(std::span<const GroupContact> contacts);
+/// Whether bodies touch at faces, not at single points, given the points of all pairs.
+bool have_faces(std::size_t points, std::size_t pairs);
 /// Whether loads press bodies without joints, of which the first `free` are dynamic, so hard that
 /// sweeps would leave a sag in steps of h seconds. Impulses are forces.
 bool is_pressed(std::span<const GroupBody> bodies, std::span<const GroupContact> contacts,

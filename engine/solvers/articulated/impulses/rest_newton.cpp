@@ -221,6 +221,7 @@ struct Tolerance {
   Real balanced, nearly;
 };
 
+/// Newton's method until the residual is within the tolerance, at most so many iterations.
 bool iterate_to(const Group& g, const Tolerance& t, int most, Search& s) {
   const Real enough = t.balanced * s.fastest, nearly_enough = t.nearly * s.fastest;
   Real before = std::numeric_limits<Real>::infinity();
@@ -244,6 +245,7 @@ bool iterate(const Group& g, int most, Search& s) {
 void keep_found(const Group& g) {
   for (RestBody& r : g.resting) r.kept = r.motion;
   for (RestContact& r : g.rest_contacts) r.kept_lift = r.lift, r.kept_compliance = r.compliance;
+  for (RestLink& l : g.rest_links) l.kept_compliance = l.compliance;
 }
 
 void return_to_kept(const Group& g) {
@@ -252,6 +254,7 @@ void return_to_kept(const Group& g) {
     r.goal.x += r.lift - r.kept_lift, r.lift = r.kept_lift;
     r.compliance = r.kept_compliance;
   }
+  for (RestLink& l : g.rest_links) l.compliance = l.kept_compliance;
   find_residuals(g);
 }
 

@@ -51,8 +51,9 @@ bool iterate(const Group& g, int most, Search& s);
 void keep_found(const Group& g);
 void return_to_kept(const Group& g);
 /// Continuation from far larger compliances, where the distribution of loads is found first.
-/// Whether it converged; the other also accepts a solution with larger compliances than asked for.
-bool iterate_yielding(const Group& g, Search& s);
+/// Whether it converged.
 bool iterate_softer(const Group& g, Search& s);
+/// The same, but a solution with larger compliances than asked for is accepted.
+bool iterate_yielding(const Group& g, Search& s);
 
 }  // namespace pantin::detail::articulated

@@ -79,6 +79,7 @@ struct RestLink {
   std::uint32_t a = 0, b = 0;          // bodies of the group; at a joint to the world both are one
   Wrench on_a, on_b;                   // by a unit of impulse
   Real compliance = 0;                 // 1/kg, 1/(kg m^2) of rotations
+  Real kept_compliance = 0;            // see keep_found()
   Real size = 0;                       // m: a speed per unit of `speed`
   Real goal = 0, speed = 0, change = 0;
   Real most = std::numeric_limits<Real>::infinity();  // N s or N m s, of the impulse's size
