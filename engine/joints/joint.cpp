@@ -2,13 +2,35 @@
 
 #include <vector>
 
+#include "engine/base/invariants.hpp"
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
 
 namespace pantin::detail {
 namespace {
 
+/// Cosine of the largest swing of a hinge and angles of a universal joint from whose rotations
+/// others are computed by roots only.
+constexpr Real kNearlyQuarter = 0.1;
+
 Quat hinged(Real angle) { return Quat(std::cos(angle / 2), std::sin(angle / 2), 0, 0); }
+
+/// Tangents of half the angles of a universal joint, as fractions; see universal_angles().
+struct UniversalHalves {
+  Real x, w, second_x, second_w;
+  bool are_small;  // w are far from zero
+
+  explicit UniversalHalves(Quat q) {
+    const Vec3 z = q * Vec3(0, 0, 1), y = glm::conjugate(q) * Vec3(0, 1, 0);
+    x = z.x, w = z.z + std::sqrt(z.x * z.x + z.z * z.z);
+    second_x = y.x, second_w = y.y + std::sqrt(y.x * y.x + y.y * y.y);
+    are_small = z.z > kNearlyQuarter && y.y > kNearlyQuarter;
+  }
+  bool are_within(const JointLimits& limits) const {
+    return are_small && is_within(limits.angle, x, w) &&
+           is_within(limits.second, second_x, second_w);
+  }
+};
 
 }  // namespace
 
@@ -16,6 +38,7 @@ namespace joint_kinds {
 
 Quat TurnsFreely::allowed(const JointLimits& limits, Quat q) {
   if (!limits.angle.on && !limits.swing.on) return q;
+  if (is_unit(q) && is_within(limits, q)) return q;
   const SwingTwist at = swing_twist(q);
   const SwingTwist to{clamped(limits.angle, at.twist), clamped(limits.swing, at.swing)};
   // Twists that differ by whole revolutions are the same rotation.
@@ -25,13 +48,29 @@ Quat TurnsFreely::allowed(const JointLimits& limits, Quat q) {
 }
 
 Quat TurnsAboutX::allowed(const JointLimits& limits, Quat q) {
-  return hinged(clamped(limits.angle, swing_twist(q).twist));
+  if (q.w < 0) q = -q;
+  const auto by_kind = [&] {
+    const Real n2 = q.w * q.w + q.x * q.x;
+    if (!(n2 > kNearlyQuarter)) return hinged(swing_twist(q).twist);
+    return Quat(q.w, q.x, 0, 0) / std::sqrt(n2);
+  };
+  if (is_within(limits.angle, q.x, q.w)) return by_kind();
+  const Real at = swing_twist(q).twist, to = clamped(limits.angle, at);
+  return to == at ? by_kind() : hinged(to);
 }
 
 Quat TurnsAboutTwo::allowed(const JointLimits& limits, Quat q) {
+  if (!is_unit(q)) q = glm::normalize(q);
+  const UniversalHalves halves(q);
+  const auto by_kind = [&] {
+    if (!halves.are_small) return rotation_of(universal_angles(q));
+    return glm::normalize(Quat(halves.w, 0, halves.x, 0) *
+                          Quat(halves.second_w, 0, 0, halves.second_x));
+  };
+  if (halves.are_within(limits)) return by_kind();
   const UniversalAngles at = universal_angles(q);
-  return rotation_of(
-      UniversalAngles{clamped(limits.angle, at.first), clamped(limits.second, at.second)});
+  const UniversalAngles to{clamped(limits.angle, at.first), clamped(limits.second, at.second)};
+  return to.first == at.first && to.second == at.second ? by_kind() : rotation_of(to);
 }
 
 }  // namespace joint_kinds
@@ -62,6 +101,27 @@ Quat allowed_by_kind(JointKind kind, Quat q) { return info_of(kind).allowed({}, 
 
 Quat allowed_rotation(const Joint& joint, Quat q) {
   return info_of(joint.kind).allowed(joint.limits, q);
+}
+
+bool is_far_from_limits(const Joint& joint, Quat q, Real margin) {
+  JointLimits inner = joint.limits;
+  for (AngleLimit* angle : {&inner.angle, &inner.second})
+    angle->low += margin, angle->high -= margin;
+  inner.swing.y -= margin, inner.swing.z -= margin;
+  if (q.w < 0) q = -q;
+  if (!is_unit(q)) return false;
+  switch (info_of(joint.kind).rotations) {
+    case Turns::freely:
+      return is_within(inner, q);
+    case Turns::about_x:
+      return is_within(inner.angle, q.x, q.w);
+    case Turns::about_two:
+      return UniversalHalves(q).are_within(inner);
+    case Turns::nowhere:
+    case Turns::own:
+      break;
+  }
+  return false;
 }
 
 Real violation(const Joint& joint, Quat q) {

@@ -89,6 +89,10 @@ Quat allowed_by_kind(JointKind kind, Quat q);
 /// equals allowed_by_kind bit for bit.
 Quat allowed_rotation(const Joint& joint, Quat q);
 
+/// Whether a unit quaternion is farther than `margin`, rad, from every limit: a sufficient
+/// condition, without trigonometric functions.
+bool is_far_from_limits(const Joint& joint, Quat q, Real margin);
+
 /// Angle between `q` and the nearest allowed rotation, rad.
 Real violation(const Joint& joint, Quat q);
 

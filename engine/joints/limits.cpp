@@ -49,6 +49,28 @@ Quat rotation_of(const UniversalAngles& a) {
   return glm::normalize(about_y(a.first) * about_z(a.second));
 }
 
+bool is_within(const AngleLimit& limit, Real x, Real w) {
+  if (!limit.on) return true;
+  const Real side = x < 0 ? -limit.low : limit.high, half = 0.5 * side, u = half * half;
+  // tan(half) is larger than the first terms of its series, which are all positive.
+  const Real tangent = half * (1 + u * (1.0 / 3 + u * (2.0 / 15 + u * (17.0 / 315))));
+  return w > 0 && limit.low <= 0 && limit.high >= 0 && side < kPi && std::abs(x) <= w * tangent;
+}
+
+bool is_within(const JointLimits& limits, Quat q) {
+  if (q.w < 0) q = -q;
+  if (!is_within(limits.angle, q.x, q.w)) return false;
+  if (!limits.swing.on) return true;
+  const Real n2 = q.w * q.w + q.x * q.x, sine2 = q.y * q.y + q.z * q.z;
+  if (!(limits.swing.y > 0 && limits.swing.z > 0) || !(n2 > sine2)) return false;
+  // The swing is q without the twist, (w, x) / n. asin(s) / s is convex in s s: up to a quarter of
+  // a revolution it lies below this chord.
+  const Real longer = 2 * (1 + 0.22145 * sine2);
+  const Real y = (q.w * q.y - q.x * q.z) / limits.swing.y;
+  const Real z = (q.w * q.z + q.x * q.y) / limits.swing.z;
+  return longer * longer * (y * y + z * z) <= (1 - 1e-12) * n2;
+}
+
 Real clamped(const AngleLimit& limit, Real angle) {
   if (!limit.on || !is_range(limit.low, limit.high)) return angle;
   const Real middle = 0.5 * (limit.low + limit.high);

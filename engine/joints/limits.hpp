@@ -111,6 +111,11 @@ struct UniversalAngles {
 UniversalAngles universal_angles(Quat q);
 Quat rotation_of(const UniversalAngles& angles);
 
+/// Sufficient conditions, without trigonometric functions, for angles to be within limits: of the
+/// angle 2 atan(x / w), w > 0; of the swing and the twist of a unit quaternion.
+bool is_within(const AngleLimit& limit, Real x, Real w);
+bool is_within(const JointLimits& limits, Quat q);
+
 /// The angle within a limit that is nearest on the circle. A range of more than a revolution allows
 /// every angle.
 Real clamped(const AngleLimit& limit, Real angle);

@@ -61,6 +61,60 @@ TEST_CASE("swing and twist make up the turn they were taken from") {
   }
 }
 
+TEST_CASE("what limits allow without trigonometric functions is what angles say") {
+  Random dice(9);
+  int inside = 0, found = 0;
+  for (int i = 0; i < 20000; ++i) {
+    JointLimits limits;
+    limits.angle = {true, -dice.between(0, 3.3), dice.between(0, 3.3)};
+    limits.second = {true, -dice.between(0, 1.6), dice.between(0, 1.6)};
+    limits.swing = {true, dice.between(0, 3), dice.between(0, 3)};
+    const Quat q = fraction_of(dice.rotation(), dice.between(0, 1));
+    const SwingTwist at = swing_twist(q);
+    const UniversalAngles two = universal_angles(q);
+    const Real twist = clamped(limits.angle, at.twist);
+    const bool is_in = twist == at.twist && clamped(limits.swing, at.swing) == at.swing;
+    inside += is_in, found += is_within(limits, q);
+    REQUIRE((is_in || !is_within(limits, q)));
+    const Real n = std::sqrt(q.w * q.w + q.x * q.x), sign = q.w < 0 ? -1 : 1;
+    REQUIRE((twist == at.twist || !is_within(limits.angle, sign * q.x / n, sign * q.w / n)));
+    const Quat hinged = rotation_of(SwingTwist{twist, Vec3(0)});
+    CHECK(apart(allowed_rotation(jointed(JointKind::hinge, limits), q), hinged) <= 4e-15);
+    const UniversalAngles to{clamped(limits.angle, two.first), clamped(limits.second, two.second)};
+    CHECK(apart(allowed_rotation(jointed(JointKind::universal, limits), q), rotation_of(to)) <=
+          4e-15);
+  }
+  CHECK(found > 0.75 * inside);
+}
+
+TEST_CASE("a joint far from its limits stays within when it turns by less") {
+  Random dice(10);
+  for (int i = 0; i < 20000; ++i) {
+    JointLimits limits;
+    limits.angle = {true, -dice.between(0, 3), dice.between(0, 3)};
+    limits.second = {true, -dice.between(0, 1.5), dice.between(0, 1.5)};
+    limits.swing = {true, dice.between(0, 3), dice.between(0, 3)};
+    const JointKind kinds[] = {JointKind::ball, JointKind::hinge, JointKind::universal};
+    const Joint joint = jointed(kinds[i % 3], limits);
+    const Quat q = allowed_rotation(joint, fraction_of(dice.rotation(), dice.between(0, 1)));
+    const Real margin = dice.between(0, 0.3);
+    if (!is_far_from_limits(joint, q, margin)) continue;
+    Real turns = margin;  // of one angle
+    if (joint.kind == JointKind::hinge) {
+      const Real angle = swing_twist(q).twist;
+      REQUIRE(angle + turns < limits.angle.high);
+      REQUIRE(angle - turns > limits.angle.low);
+    } else if (joint.kind == JointKind::universal) {
+      const UniversalAngles at = universal_angles(q);
+      REQUIRE(std::abs(clamped(limits.angle, at.first + turns) - at.first - turns) < 1e-15);
+      REQUIRE(std::abs(clamped(limits.second, at.second - turns) - at.second + turns) < 1e-15);
+    } else {
+      const Quat turned = q * from_rotation_vector(turns * Vec3(1, 0, 0));
+      REQUIRE(violation(joint, turned) < 1e-12);
+    }
+  }
+}
+
 TEST_CASE("what a joint allows violates nothing, and what is allowed stays as it is") {
   Random dice(5);
   for (int i = 0; i < 2000; ++i) {

@@ -264,8 +264,8 @@ struct JointLimit {
   bool watched = false, both_ways = false;
 };
 void find_limits(const PackedJoint& joint, Quat own, Quat parent, JointLimit (&out)[4]);
-/// Whether a ball joint is turned by less than its least limit, so that none of them is near.
-bool is_well_within_limits(const PackedJoint& joint, Quat own, Quat parent);
+/// Whether a joint is farther than `margin`, rad, from every limit; a sufficient condition.
+bool is_far_from_limits(const PackedJoint& joint, Quat own, Quat parent, Real margin);
 /// The rotation of a joint; a body's rotation from that and its parent's; its parent's from its
 /// own.
 Quat joint_rotation(const PackedJoint& joint, Quat own, Quat parent);

@@ -65,16 +65,8 @@ FreeAxes free_axes(const PackedJoint& joint, Quat own, Quat parent) {
   return detail::free_axes(joint.joint.kind, at.a, at.b);
 }
 
-bool is_well_within_limits(const PackedJoint& joint, Quat own, Quat parent) {
-  constexpr Real kMargin = 1e-3;  // rad
-  if (turns_of(joint.joint.kind) != Turns::freely) return false;
-  const JointLimits& limits = joint.joint.limits;
-  Real least = kPi;
-  if (limits.angle.on) least = std::min({least, -limits.angle.low, limits.angle.high});
-  if (limits.swing.on) least = std::min({least, limits.swing.y, limits.swing.z});
-  // Neither swing nor twist is larger than the whole rotation.
-  const Real cosine = std::abs(At(joint, own, parent).rotation.w);
-  return least > kMargin && cosine > std::cos(0.5 * (least - kMargin));
+bool is_far_from_limits(const PackedJoint& joint, Quat own, Quat parent, Real margin) {
+  return detail::is_far_from_limits(joint.joint, joint_rotation(joint, own, parent), margin);
 }
 
 /// The limits of a joint, with gradients for the rotation of the own body relative to the parent. A

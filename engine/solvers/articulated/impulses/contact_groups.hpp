@@ -142,7 +142,6 @@ struct GroupNode : NodeBody, NodeResponse {
   bool is_driven = false;  // may move without external forces: see is_driven
   GroupActuator actuator;
   GroupLimit limits[4];
-  int unlimited_for = 0;             // substeps in which no limit can be reached
   std::uint32_t step = kNoPathStep;  // of the first tie through its joint (group_loops.cpp)
   Wrench reaction;  // of the step: N s through the joint; the torque about it, without springs
 };
@@ -391,7 +390,7 @@ struct JointTurn {
 /// Limits, springs and drives of the joints of trees (group_joints.cpp).
 TurnSprings springs_of(const GroupNode& n, const JointTurn& at);
 void prepare_springs(const Group& g, GroupNode& n, const GroupPart& part);
-void prepare_limits(const Group& g, std::uint32_t node, Real h);
+void prepare_limits(const Group& g, std::uint32_t node);
 void push_limits(const Group& g);
 /// The spring before a limit acts from this clearance on, rad. Without one, active limits are kept
 /// from closing further.
@@ -433,6 +432,8 @@ Real work_of_external_forces(const Group& g);
 /// Saves all motions before impulses; restores them and clears the impulses.
 void remember_free(const Group& g);
 void forget_impulses(const Group& g);
+/// Restores the motions of trees only.
+void restore_free_trees(const Group& g);
 /// J: kinetic energy of the current motions, within a substep.
 Real kinetic_energy(const Group& g);
 /// Scales all motions down alike, which neither opens joints nor makes bodies approach.

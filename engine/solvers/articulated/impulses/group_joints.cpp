@@ -11,9 +11,8 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// rad: a limit with more clearance is not checked in a substep. rad/s: the extra joint speed that
-/// is allowed for until the next check.
-constexpr Real kWatchedClearance = 0.15, kUnexpectedSpin = 20;
+/// rad: a limit with more clearance is not solved for in a substep.
+constexpr Real kWatchedClearance = 0.15;
 
 void list_drive(const GroupNode& n, const JointTurn& at, TurnSprings& list) {
   const auto& [own, parent, time, part] = at;
@@ -72,15 +71,18 @@ void bound_drives(const Group& g, Real h) {
   }
 }
 
-void prepare_limits(const Group& g, std::uint32_t node, Real h) {
+void prepare_limits(const Group& g, std::uint32_t node) {
   GroupNode& n = g.nodes[node];
   PANTIN_ASSERT(n.joint && n.is_limited);
-  if (n.unlimited_for > 0) {
-    --n.unlimited_for;
+  const Quat parent = parent_rotation(g, n);
+  const bool acts = std::any_of(std::begin(n.limits), std::end(n.limits),
+                                [](const GroupLimit& l) { return l.impulse > 0; });
+  if (!acts && is_far_from_limits(*n.joint, n.rotation, parent, kWatchedClearance)) {
+    for (GroupLimit& limit : n.limits) limit.listed = false, limit.impulse = limit.before = 0;
     return;
   }
   JointLimit found[4];
-  find_limits(*n.joint, n.rotation, parent_rotation(g, n), found);
+  find_limits(*n.joint, n.rotation, parent, found);
   for (int s = 0; s < 4; ++s) {
     GroupLimit& limit = n.limits[s];
     limit.listed = found[s].watched && (found[s].both_ways || limit.impulse > 0 ||
@@ -100,16 +102,6 @@ void prepare_limits(const Group& g, std::uint32_t node, Real h) {
     // A joint that cannot rotate in this direction does not need the limit.
     if (!(limit.response > 0)) limit.listed = false, limit.impulse = limit.before = 0;
   }
-  if (std::any_of(std::begin(n.limits), std::end(n.limits), [](auto& l) { return l.listed; }))
-    return;
-  Real nearest = kPi;
-  for (const JointLimit& limit : found)
-    if (limit.watched) nearest = std::min(nearest, limit.clearance);
-  const Vec3 parent =
-      n.parent == kNoNode ? g.trees[n.tree].held_spin : g.bodies[g.nodes[n.parent].body].spin;
-  const Real spin = glm::length(g.bodies[n.body].spin - parent);
-  const Real substeps = nearest / (h * (2 * spin + kUnexpectedSpin));
-  n.unlimited_for = substeps < 1000 ? static_cast<int>(substeps) : 0;
 }
 
 void push_limits(const Group& g) {

@@ -250,7 +250,7 @@ void prepare_tree(const Group& g, GroupTree& t, const GroupPart& part) {
     else
       find_response(g, n), go_out(g, t, n);
     n.pending = {};
-    if (n.is_limited && part.h > 0) prepare_limits(g, i, part.whole);  // substeps differ in length
+    if (n.is_limited && part.h > 0) prepare_limits(g, i);
     if (n.actuator.dof && part.h > 0) prepare_actuator(g, i);
   }
   t.at = t.first;

@@ -19,6 +19,8 @@ struct JointEnds {
   Quat own0, own1, parent0, parent1;
 };
 JointEnds ends_of(const StiffStep& s, std::size_t c);
+/// rad: a joint that is this far from its limits keeps clear of them for certain.
+inline constexpr Real kFarFromLimits = 1e-3;
 
 /// The hooks of the kernels; `step` has to outlive them.
 ConservingJoints stiff_joints(StiffStep& step);

@@ -107,7 +107,7 @@ bool can_limit(const World& world, const Island& a) {
         : held == UINT32_MAX ? kIdentity
                              : world.bodies.values()[held].pose.rotation;
     const Quat own = world.bodies.values()[a.slots[c]].pose.rotation;
-    if (is_well_within_limits(j, own, parent)) continue;
+    if (is_far_from_limits(j, own, parent, kFarFromLimits)) continue;
     JointLimit limits[4];
     find_limits(j, own, parent, limits);
     for (const JointLimit& l : limits)

@@ -15,7 +15,7 @@ constexpr Real kClear = 1e-6;
 bool is_clear(const StiffStep& s, std::size_t c) {
   const PackedJoint& j = s.a.joints[c];
   const JointEnds ends = ends_of(s, c);
-  if (is_well_within_limits(j, ends.own1, ends.parent1)) return true;
+  if (is_far_from_limits(j, ends.own1, ends.parent1, kFarFromLimits)) return true;
   JointLimit found[4];
   find_limits(j, ends.own1, ends.parent1, found);
   return std::none_of(std::begin(found), std::end(found), [](const JointLimit& l) {
