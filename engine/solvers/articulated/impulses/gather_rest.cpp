@@ -12,6 +12,8 @@ namespace {
 constexpr std::size_t kMostProducts = 50;
 /// The same per body of a group that glides, which is solved in every substep: towers have fewer.
 constexpr std::size_t kMostGlidingProducts = 8;
+/// Sizes of a body by which the heaviest one would press its tree into contact springs.
+constexpr Real kSagsUnderOne = 0.004;
 
 /// The graph of contacts, joints and cables of the last group's free bodies and trees.
 void link_bodies(GroupScratch& r, const GroupScratch::Range& range, std::size_t count) {
@@ -47,6 +49,42 @@ std::size_t pairs_of(std::span<const GroupContact> contacts) {
   return pairs;
 }
 
+/// kg: of each tree of the last group.
+void weigh_trees(GroupScratch& r, const GroupScratch::Range& range) {
+  for (GroupTree& t : std::span(r.trees).subspan(range.first_tree)) {
+    t.mass = 0;
+    for (const GroupNode& n : std::span(r.nodes).subspan(range.first_node + t.first, t.count))
+      t.mass += n.mass;
+  }
+}
+
+/// Whether bodies press the last group's trees too hard for sweeps. Cables and loops are left to
+/// these, and so is what bounces.
+bool are_trees_pressed(GroupScratch& r, const GroupScratch::Range& range, std::size_t free,
+                       Real h) {
+  weigh_trees(r, range);
+  const auto bodies = std::span(r.bodies).subspan(range.first_body);
+  const auto contacts = std::span(r.contacts).subspan(range.first_contact);
+  const auto bounces = [](const GroupContact& c) { return c.restitution > 0; };
+  if (std::any_of(contacts.begin(), contacts.end(), bounces)) return false;
+  Real heaviest = 0;  // N
+  const auto tree = [&](std::uint32_t body) { return tree_of(r, range, body); };
+  const auto mass_of = [&](std::uint32_t body) {
+    const GroupTree* const t = tree(body);
+    return t ? t->mass : 1 / bodies[body].per_mass;
+  };
+  const auto weight_of = [&](std::uint32_t body) {
+    return glm::length(bodies[body].acceleration) * mass_of(body);
+  };
+  for (std::uint32_t i = 0; i < free; ++i) heaviest = std::max(heaviest, weight_of(i));
+  const Real stiffness = spring_stiffness(h);
+  for (std::uint32_t i = 0; i < free; ++i)
+    if (tree(i) && heaviest > weight_of(i) &&
+        heaviest > kSagsUnderOne * stiffness * mass_of(i) * size_of(bodies[i]))
+      return true;
+  return false;
+}
+
 }  // namespace
 
 void gather_resting(GroupScratch& r, GroupScratch::Range& range, Real h) {
@@ -60,7 +98,8 @@ void gather_resting(GroupScratch& r, GroupScratch::Range& range, Real h) {
   const bool may_rest = !range.waits && have_faces(contacts.size(), pairs_of(contacts));
   const bool calm = may_rest && is_calm(bodies, count, h);
   const bool pressed =
-      is_free && r.ties.size() == range.first_tie && is_pressed(bodies, contacts, count, h);
+      r.ties.size() == range.first_tie &&
+      (is_free ? is_pressed(bodies, contacts, count, h) : are_trees_pressed(r, range, count, h));
   if (!calm && !pressed &&
       !(is_free && may_rest && count > kFewBodies && may_glide(bodies, contacts, count)))
     return;

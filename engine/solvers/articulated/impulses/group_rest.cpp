@@ -50,7 +50,7 @@ constexpr Exactness kAtRest{.compliance = kRestCompliance,
               .nearly = 1e-5,
               .sinks = 1e-3,
               .lifted = 1e-3,
-              .nearly_lifted = 1e-2,
+              .nearly_lifted = 0.1,
               .liftings = 3};
 /// Lifts of less than this fraction of the sliding need no correction.
 constexpr Real kLiftedOfSliding = 1e-3;
@@ -203,21 +203,27 @@ bool begin_contacts(const Group& g, const Task& task) {
     r.lift = holds(c) ? 0 : lift_of(c, r, speed_of(g, c, &RestBody::motion));
     r.goal.x -= r.lift;
   }
-  begin_links(g, task.part, kRestSpeed);
+  Real fast = kRestSpeed;
+  for (std::uint32_t i = 0; task.how == Solving::in_motion && i < g.resting.size(); ++i)
+    fast = std::max(fast, speed_bound(g, i));
+  begin_links(g, task.part, fast);
   predict_links(g, margin);
   return true;
 }
 
-/// Only contacts that may act need room in the factor of a group without joints and ties.
+/// Only contacts that may act and joints need room in the factor of a group without ties.
 void pack_rows(const Group& g) {
   for (std::size_t i = 0; i < g.rest_rows.size(); ++i)
     g.rest_rows[i].first = static_cast<std::uint32_t>(i);
-  for (std::size_t i = 0; i < g.contacts.size(); ++i) {
-    const GroupContact& c = g.contacts[i];
-    if (!g.rest_contacts[i].near || c.b >= g.resting.size()) continue;
-    const auto [low, high] = std::minmax(g.resting[c.a].row, g.resting[c.b].row);
+  const auto add = [&](std::uint32_t a, std::uint32_t b) {
+    const auto [low, high] = std::minmax(g.resting[a].row, g.resting[b].row);
     g.rest_rows[high].first = std::min(g.rest_rows[high].first, low);
-  }
+  };
+  for (std::size_t i = 0; i < g.contacts.size(); ++i)
+    if (const GroupContact& c = g.contacts[i]; g.rest_contacts[i].near && c.b < g.resting.size())
+      add(c.a, c.b);
+  for (const GroupNode& n : g.nodes)
+    if (n.parent != kNoNode) add(n.body, g.nodes[n.parent].body);
   std::size_t blocks = 0;
   for (std::size_t i = 0; i < g.rest_rows.size(); ++i) {
     g.rest_rows[i].at = kEnvelopeBlock * blocks;
@@ -349,7 +355,7 @@ void move_bodies(const Group& g, const Task& task) {
 }
 
 /// Takes back the velocities at which overlaps were closed.
-void relax(const Group& g, Search& s) {
+void relax(const Group& g, Real h, Search& s) {
   keep_found(g);
   bool any = false;
   for (RestContact& r : g.rest_contacts) {
@@ -359,13 +365,16 @@ void relax(const Group& g, Search& s) {
   if (!any) return;
   s.left = std::max(s.left, kIterations);
   if (!(follow_lifts(g) && iterate(g, kIterations, s))) return return_to_kept(g);
+  push_trees_again(g, h);
   set_velocities(g);
-  for (GroupBody& b : g.bodies.first(g.resting.size())) b.spin = b.response * b.angular_momentum;
+  for (GroupBody& b : g.bodies.first(g.resting.size()))
+    if (b.node == kNoNode) b.spin = b.response * b.angular_momentum;
 }
 
 /// Limits the energy to that of the motion without contacts, and the work of surfaces: softer
 /// points and lifts that were not corrected may add some.
 void limit_energy(const Group& g) {
+  if (!is_left_alone(g)) return;
   Real allowed = work_of_surfaces(g);
   for (std::size_t i = 0; i < g.resting.size(); ++i) {
     const RestBody& r = g.resting[i];
@@ -420,14 +429,17 @@ Rest solve_group(const Group& g, const Task& task) {
   if (task.how == Solving::at_rest && !is_at_rest(g, h)) return Rest::moves;
   if (!moves && !are_calm(g, task.part)) return Rest::moves;
   set_rest_impulses(g);
-  for (GroupContact& c : g.contacts) c.passed += c.impulse;
-  for (GroupRolling& r : g.rollings) r.passed += r.impulse;
-  move_resting_trees(g, task.part);
+  push_resting_trees(g, task.part);
   set_velocities(g);
   move_bodies(g, task);
-  if (moves) relax(g, s), limit_energy(g), forget_impacts(g, h);
+  move_trees(g, task.part);
+  if (moves) relax(g, h, s);
+  for (GroupContact& c : g.contacts) c.passed += c.impulse;
+  for (GroupRolling& r : g.rollings) r.passed += r.impulse;
+  release_trees(g, task.part);
+  if (moves) limit_energy(g), forget_impacts(g, h);
   for (GroupBody& b : g.bodies)
-    if (b.per_mass > 0 && b.node == kNoNode) slow_down(b, h);
+    if (b.per_mass > 0) slow_down(b, h);
   if (g.nodes.empty() && task.part.end == 1)
     for (GroupPair& p : g.pairs) prepare_pair(g, p);  // responses, for take_up
   return Rest::taken;

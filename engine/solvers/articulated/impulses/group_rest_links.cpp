@@ -406,7 +406,7 @@ void keep_standing(const Group& g, const GroupTree& t) {
   }
 }
 
-void move_resting_trees(const Group& g, const GroupPart& part) {
+void push_resting_trees(const Group& g, const GroupPart& part) {
   if (g.nodes.empty()) return;
   prepare_trees(g, part);
   prepare_loops(g);
@@ -418,14 +418,20 @@ void move_resting_trees(const Group& g, const GroupPart& part) {
     prepare_pair(g, p);
   }
   set_rest_impulses(g);
+  remember_free(g);
   push_trees(g, part.h);
   settle_trees(g);
   bound_drives(g, part.h);
   for (const GroupNode& n : g.nodes)
     if (g.resting[n.body].pressed > 0) g.trees[n.tree].stands = true;
-  move_trees(g, part);
-  release_trees(g, part);
-  for (const GroupNode& n : g.nodes) slow_down(g.bodies[n.body], part.h);
+}
+
+void push_trees_again(const Group& g, Real h) {
+  if (g.nodes.empty()) return;
+  restore_free_trees(g);
+  set_rest_impulses(g);
+  push_trees(g, h);
+  settle_trees(g);
 }
 
 }  // namespace pantin::detail::articulated

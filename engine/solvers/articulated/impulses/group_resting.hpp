@@ -70,8 +70,9 @@ bool harden_links(const Group& g, Real most);
 
 /// Writes the impulses and torques that were found to the contacts.
 void set_rest_impulses(const Group& g);
-/// Moves trees by the impulses that were found, through their joints.
-void move_resting_trees(const Group& g, const GroupPart& part);
+/// Applies the impulses that were found to trees, through their joints; applies others instead.
+void push_resting_trees(const Group& g, const GroupPart& part);
+void push_trees_again(const Group& g, Real h);
 
 /// Translates a tree so that the bodies that bear it move as their contacts ask for, in the mean:
 /// swinging arms would push them into the ground, or aside.

@@ -18,7 +18,7 @@ constexpr Real kSofter[] = {1e4, 1e3, 1e2, 1e1, 1};
 constexpr Real kRoughly = 1e-2, kHopeless = 1e-2;
 /// The same where bodies move, and the largest with which a solution is accepted.
 constexpr Real kYielding[] = {1e3, 1e2, 1e1, 1}, kYields = 1e2;
-constexpr int kYieldingIterations = 10;
+constexpr int kYieldingIterations = 10, kYieldingOfTrees = 20;
 /// Tolerance of a line search, as a fraction of its initial slope.
 constexpr Real kSearched = 1e-3;
 
@@ -284,11 +284,12 @@ bool iterate_softer(const Group& g, Search& s) {
 bool iterate_yielding(const Group& g, Search& s) {
   start_search(g);
   const Real enough = s.exactness.nearly;
+  const int most = g.nodes.empty() ? kYieldingIterations : kYieldingOfTrees;
   bool found = false, done = true;
   for (std::size_t n = 0; done && n < std::size(kYielding); ++n) {
     const Real softer = kYielding[n];
     scale_compliances(g, softer);
-    done = iterate_to(g, {enough, enough}, kYieldingIterations, s);
+    done = iterate_to(g, {enough, enough}, most, s);
     if (done && softer <= kYields) keep_found(g), found = true;
     scale_compliances(g, 1 / softer);
     s.is_exact = done && softer == 1;
