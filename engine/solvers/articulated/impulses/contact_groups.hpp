@@ -429,11 +429,10 @@ Real elastic_energy(const Group& g);
 Real energy_of_bodies(const Group& g);
 /// J: work of weight and applied forces since the start of the step.
 Real work_of_external_forces(const Group& g);
-/// Saves all motions before impulses; restores them and clears the impulses.
+/// Saves all motions before impulses; restores them; clears the impulses, too.
 void remember_free(const Group& g);
+void restore_free_motions(const Group& g);
 void forget_impulses(const Group& g);
-/// Restores the motions of trees only.
-void restore_free_trees(const Group& g);
 /// J: kinetic energy of the current motions, within a substep.
 Real kinetic_energy(const Group& g);
 /// Scales all motions down alike, which neither opens joints nor makes bodies approach.

@@ -73,25 +73,16 @@ void remember_free(const Group& g) {
     n.free_torque = n.torque, n.free_pending = n.pending, n.free_load = n.load;
 }
 
-namespace {
-
-void restore_free(GroupBody& b) {
-  b.velocity = b.free_velocity, b.spin = b.free_spin, b.angular_momentum = b.free_momentum;
-}
-
-}  // namespace
-
-void restore_free_trees(const Group& g) {
-  for (GroupNode& n : g.nodes) {
-    restore_free(g.bodies[n.body]);
+void restore_free_motions(const Group& g) {
+  for (GroupBody& b : g.bodies)
+    b.velocity = b.free_velocity, b.spin = b.free_spin, b.angular_momentum = b.free_momentum;
+  for (GroupNode& n : g.nodes)
     n.torque = n.free_torque, n.pending = n.free_pending, n.load = n.free_load;
-  }
   for (GroupTree& t : g.trees) t.at = t.first;
 }
 
 void forget_impulses(const Group& g) {
-  for (GroupBody& b : g.bodies) restore_free(b);
-  restore_free_trees(g);
+  restore_free_motions(g);
   for (GroupNode& n : g.nodes) {
     n.actuator.impulse = 0;
     for (GroupLimit& limit : n.limits) limit.impulse = 0;

@@ -329,15 +329,29 @@ bool find_velocities(const Group& g, const Task& task, Search& s) {
   return !s.is_exact || (settle_loads(g, task, s) && settle_lifts(g, task, s));
 }
 
-/// Writes the velocities that were found to the bodies without joints.
-void set_velocities(const Group& g) {
+/// Writes such velocities to the bodies without joints.
+void set_velocities(const Group& g, Wrench RestBody::*motion) {
   for (std::size_t i = 0; i < g.resting.size(); ++i) {
     GroupBody& b = g.bodies[i];
     const RestBody& r = g.resting[i];
     if (b.node != kNoNode) continue;
-    b.before = b.velocity, b.velocity = r.motion.force;
-    b.spin = r.motion.torque, b.angular_momentum = r.inertia * b.spin;
+    b.velocity = (r.*motion).force;
+    b.spin = (r.*motion).torque, b.angular_momentum = r.inertia * b.spin;
   }
+}
+
+/// Gives all bodies the velocities that were found. Beside trees that move, impulses act on free
+/// bodies as on the trees, which keeps the momentum.
+void take_velocities(const Group& g, const Task& task) {
+  set_rest_impulses(g);
+  for (GroupBody& b : g.bodies.first(g.resting.size())) b.before = b.velocity;
+  const bool pushes = task.how == Solving::in_motion && !g.nodes.empty();
+  if (pushes) set_velocities(g, &RestBody::free);
+  push_resting_trees(g, task.part);
+  if (pushes) return;
+  set_velocities(g, &RestBody::motion);
+  for (const GroupNode& n : g.nodes)
+    if (g.resting[n.body].pressed > 0) g.trees[n.tree].stands = true;
 }
 
 /// Moves bodies by the velocities that were found.
@@ -354,6 +368,18 @@ void move_bodies(const Group& g, const Task& task) {
   }
 }
 
+/// Arms of contacts on trees refer to joints while impulses act. Moves their origins by this
+/// multiple of the way from there to the mass centres.
+void move_origins(const Group& g, Real by) {
+  const auto way = [&](std::uint32_t body) {
+    const std::uint32_t node = g.bodies[body].node;
+    return node == kNoNode ? Vec3(0) : by * g.nodes[node].arm;
+  };
+  for (std::size_t i = 0; !g.nodes.empty() && i < g.contacts.size(); ++i)
+    if (GroupContact& c = g.contacts[i]; g.rest_contacts[i].near)
+      c.arm_a -= way(c.a), c.arm_b -= way(c.b);
+}
+
 /// Takes back the velocities at which overlaps were closed.
 void relax(const Group& g, Real h, Search& s) {
   keep_found(g);
@@ -364,9 +390,15 @@ void relax(const Group& g, Real h, Search& s) {
   }
   if (!any) return;
   s.left = std::max(s.left, kIterations);
-  if (!(follow_lifts(g) && iterate(g, kIterations, s))) return return_to_kept(g);
-  push_trees_again(g, h);
-  set_velocities(g);
+  move_origins(g, 1);
+  const bool found = follow_lifts(g) && iterate(g, kIterations, s);
+  if (!found) return_to_kept(g);
+  move_origins(g, -1);
+  if (!found) return;
+  if (g.nodes.empty())
+    set_velocities(g, &RestBody::motion);
+  else
+    push_trees_again(g, h);
   for (GroupBody& b : g.bodies.first(g.resting.size()))
     if (b.node == kNoNode) b.spin = b.response * b.angular_momentum;
 }
@@ -428,9 +460,7 @@ Rest solve_group(const Group& g, const Task& task) {
   if (!find_velocities(g, task, s)) return Rest::missed;
   if (task.how == Solving::at_rest && !is_at_rest(g, h)) return Rest::moves;
   if (!moves && !are_calm(g, task.part)) return Rest::moves;
-  set_rest_impulses(g);
-  push_resting_trees(g, task.part);
-  set_velocities(g);
+  take_velocities(g, task);
   move_bodies(g, task);
   move_trees(g, task.part);
   if (moves) relax(g, h, s);

@@ -422,13 +422,10 @@ void push_resting_trees(const Group& g, const GroupPart& part) {
   push_trees(g, part.h);
   settle_trees(g);
   bound_drives(g, part.h);
-  for (const GroupNode& n : g.nodes)
-    if (g.resting[n.body].pressed > 0) g.trees[n.tree].stands = true;
 }
 
 void push_trees_again(const Group& g, Real h) {
-  if (g.nodes.empty()) return;
-  restore_free_trees(g);
+  restore_free_motions(g);
   set_rest_impulses(g);
   push_trees(g, h);
   settle_trees(g);

@@ -70,7 +70,7 @@ bool harden_links(const Group& g, Real most);
 
 /// Writes the impulses and torques that were found to the contacts.
 void set_rest_impulses(const Group& g);
-/// Applies the impulses that were found to trees, through their joints; applies others instead.
+/// Applies the impulses that were found, to trees through their joints; applies others instead.
 void push_resting_trees(const Group& g, const GroupPart& part);
 void push_trees_again(const Group& g, Real h);
 
