@@ -8,6 +8,7 @@
 
 namespace {
 
+using namespace pantin::detail;
 using namespace pantin::detail::articulated;
 using Edges = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
@@ -56,4 +57,51 @@ TEST_CASE("the bandwidth of a grid is about the number of its shorter side") {
 TEST_CASE("parts without edges between them, and single vertices, are all ordered") {
   CHECK(bandwidth(9, {{0, 8}, {8, 4}, {1, 5}, {5, 2}, {2, 1}}) <= 2);
   CHECK(bandwidth(3, {}) == 0);
+}
+
+namespace {
+
+/// Blocks of the factor below the diagonal where vertices are eliminated in the order found.
+std::size_t fill_of(std::uint32_t count, const Edges& edges) {
+  GroupScratch r;
+  find_links(r, count, [&](auto&& visit) {
+    for (const auto& [a, b] : edges) visit(a, b);
+  });
+  find_elimination_order(r, count);
+  std::vector<bool> seen(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    CHECK(r.numbered[r.roots[i]] == i);
+    seen[r.roots[i]] = true;
+  }
+  CHECK(std::count(seen.begin(), seen.end(), true) == count);
+  std::vector<FactorRow> rows(count);
+  std::vector<std::uint32_t> scratch(BlockPattern::scratch_of(count, edges.size()));
+  return BlockPattern{rows, {}, scratch}
+             .size([&](auto&& visit) {
+               for (const auto& [a, b] : edges) visit(r.numbered[a], r.numbered[b]);
+             })
+             .blocks -
+         count;
+}
+
+}  // namespace
+
+TEST_CASE("an elimination of paths and trees has no fill-in, that of a grid little") {
+  Edges path, tree, grid;
+  constexpr std::uint32_t kCount = 200, kWide = 14;
+  for (std::uint32_t i = 1; i < kCount; ++i) {
+    path.emplace_back(mixed(i - 1, kCount), mixed(i, kCount));
+    tree.emplace_back(mixed((i - 1) / 3, kCount), mixed(i, kCount));
+    if (i % kWide > 0) grid.emplace_back(mixed(i - 1, kCount), mixed(i, kCount));
+    if (i >= kWide) grid.emplace_back(mixed(i - kWide, kCount), mixed(i, kCount));
+  }
+  CHECK(fill_of(kCount, path) == path.size());
+  CHECK(fill_of(kCount, tree) == tree.size());
+  CHECK(fill_of(kCount, grid) < 4 * grid.size());
+}
+
+TEST_CASE("large graphs have an order, too") {
+  Edges path;
+  for (std::uint32_t i = 1; i < 3000; ++i) path.emplace_back(i - 1, i);
+  CHECK(fill_of(3000, path) == path.size());
 }

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "engine/base/block_envelope.hpp"
+#include "engine/base/block_factor.hpp"
 #include "engine/base/invariants.hpp"
 #include "engine/base/math.hpp"
 #include "engine/base/threads.hpp"
@@ -293,7 +293,7 @@ struct Group {
   // Of a group that rests:
   std::span<RestBody> resting;
   std::span<RestContact> rest_contacts;
-  std::span<EnvelopeRow> rest_rows;
+  BlockPattern rest_pattern;
   std::span<RestLink> rest_links;
   bool pressed = false;  // see is_pressed()
   bool waits = false;    // until a search for rest is tried again

@@ -261,6 +261,7 @@ GroupScratch::Range next_range(const GroupScratch& r) {
   range.first_looped = r.looped.size(), range.first_step = r.path_steps.size();
   range.first_number = r.numbers, range.first_resting = r.resting.size();
   range.first_pair = r.pairs.size(), range.first_link = r.rest_links.size();
+  range.first_column = r.rest_columns.size(), range.first_mark = r.rest_marks.size();
   range.first_laned = r.laned.size(), range.first_batch = r.batches.size();
   return range;
 }
@@ -280,6 +281,8 @@ void end_range(GroupScratch& r, GroupScratch::Range range) {
   range.resting = r.resting.size() - range.first_resting;
   range.pairs = r.pairs.size() - range.first_pair;
   range.links = r.rest_links.size() - range.first_link;
+  range.columns = r.rest_columns.size() - range.first_column;
+  range.marks = r.rest_marks.size() - range.first_mark;
   range.laned = r.laned.size() - range.first_laned;
   range.batches = r.batches.size() - range.first_batch;
   PANTIN_ASSERT(range.bodies > 1 && range.contacts > 0);
@@ -311,6 +314,7 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
   r.skins.clear();
   r.loops.clear(), r.looped.clear(), r.path_steps.clear(), r.numbers = 0;
   r.resting.clear(), r.rest_rows.clear(), r.rest_links.clear(), r.pairs.clear();
+  r.rest_columns.clear(), r.rest_marks.clear();
   r.laned.clear(), r.batches.clear();
   const auto group_at = [&](std::uint32_t contact) {
     return r.group_of[owner_of(partition, contacts[contact].slot_a).island];

@@ -106,34 +106,32 @@ void gather_resting(GroupScratch& r, GroupScratch::Range& range, Real h) {
   for (const GroupTree& t : std::span(r.trees).subspan(range.first_tree))
     if (t.from != t.to || t.held_spin != Vec3(0)) return;
   link_bodies(r, range, count);
-  find_order(r, count);
-  std::size_t blocks = 0, products = 0;
-  for (std::size_t row = 0; row < count; ++row) {
-    // The reverse order, which has less fill-in.
-    const auto row_of = [&](std::uint32_t body) {
-      return static_cast<std::uint32_t>(count - 1 - r.numbered[body]);
-    };
-    const std::uint32_t body = r.roots[count - 1 - row];
-    std::uint32_t first = row_of(body);
-    for (std::uint32_t k = r.ends[body]; k < r.ends[body + 1]; ++k)
-      first = std::min(first, row_of(r.links[k]));
-    r.rest_rows.push_back({first, kEnvelopeBlock * blocks});
-    const std::size_t width = row - first + 1;
-    blocks += width, products += width * width / 2;
-  }
+  find_elimination_order(r, count);
   const std::size_t points = r.contacts.size() - range.first_contact + r.nodes.size() -
                              range.first_node + r.ties.size() - range.first_tie;
-  if (products > (calm || pressed ? kMostProducts * points : kMostGlidingProducts * count)) {
-    r.rest_rows.resize(range.first_resting);
+  const std::size_t rollings = r.rollings.size() - range.first_rolling;
+  r.rest_rows.resize(range.first_resting + count);
+  r.rest_marks.resize(range.first_mark + BlockPattern::scratch_of(count, points + rollings));
+  const BlockPattern pattern{std::span(r.rest_rows).subspan(range.first_resting),
+                             {},
+                             std::span(r.rest_marks).subspan(range.first_mark)};
+  const BlockPattern::Size size = pattern.size([&](auto&& visit) {
+    for (std::uint32_t i = 0; i < count; ++i)
+      for (std::uint32_t k = r.ends[i]; k < r.ends[i + 1]; ++k)
+        if (r.links[k] < i) visit(r.numbered[i], r.numbered[r.links[k]]);
+  });
+  if (size.products > (calm || pressed ? kMostProducts * points : kMostGlidingProducts * count)) {
+    r.rest_rows.resize(range.first_resting), r.rest_marks.resize(range.first_mark);
     return;
   }
+  r.rest_columns.resize(range.first_column + size.blocks);
   for (std::size_t i = 0; i < count; ++i) {
     r.resting.emplace_back();
-    r.resting.back().row = static_cast<std::uint32_t>(count - 1 - r.numbered[i]);
+    r.resting.back().row = r.numbered[i];
   }
   add_links(r, range);
   range.pressed = pressed;
-  r.numbers += kEnvelopeWide * count + kEnvelopeBlock * blocks;
+  r.numbers += kFactorWide * count + kFactorBlock * size.blocks;
 }
 
 }  // namespace pantin::detail::articulated

@@ -1,5 +1,5 @@
 #pragma once
-/// Orders the rows of a factor in envelope storage by the graph of what is coupled.
+/// Orders the rows of a factor by the graph of what is coupled.
 #include "engine/solvers/articulated/impulses/group_scratch.hpp"
 
 namespace pantin::detail::articulated {
@@ -20,5 +20,9 @@ void find_links(GroupScratch& r, std::size_t count, const ForEdges& for_edges) {
 /// Leaves in `roots` an order of the linked vertices of small bandwidth, and in `numbered` the
 /// place of each. The reverse order has less fill-in. [Cuthill & McKee 1969; George & Liu 1981]
 void find_order(GroupScratch& r, std::size_t count);
+
+/// The same for an elimination with little fill-in: each vertex has the fewest neighbours left when
+/// it is eliminated. Large graphs are ordered by bandwidth. [George & Liu 1981, minimum degree]
+void find_elimination_order(GroupScratch& r, std::size_t count);
 
 }  // namespace pantin::detail::articulated

@@ -5,7 +5,7 @@
 // is least, with v* those without contacts. The impulse p of a point is (goal - J v) / R, projected
 // to Coulomb's cone. Joints, limits and cables are points of such a kind (group_rest_links.cpp).
 // The compliance R is so small that loads leave no visible overlap. Newton's method uses a factor
-// of M + J^T G J, whose blocks are pairs of bodies that touch or are joined: a tower's is banded
+// of M + J^T G J, whose blocks are pairs of bodies that touch or are joined: sparse as their graph
 // (rest_newton.cpp). Groups at rest take at most one iteration, whatever their weight.
 // [Castro, Permenter & Han 2022]
 //
@@ -211,24 +211,20 @@ bool begin_contacts(const Group& g, const Task& task) {
   return true;
 }
 
-/// Only contacts that may act and joints need room in the factor of a group without ties.
-void pack_rows(const Group& g) {
-  for (std::size_t i = 0; i < g.rest_rows.size(); ++i)
-    g.rest_rows[i].first = static_cast<std::uint32_t>(i);
-  const auto add = [&](std::uint32_t a, std::uint32_t b) {
-    const auto [low, high] = std::minmax(g.resting[a].row, g.resting[b].row);
-    g.rest_rows[high].first = std::min(g.rest_rows[high].first, low);
-  };
-  for (std::size_t i = 0; i < g.contacts.size(); ++i)
-    if (const GroupContact& c = g.contacts[i]; g.rest_contacts[i].near && c.b < g.resting.size())
-      add(c.a, c.b);
-  for (const GroupNode& n : g.nodes)
-    if (n.parent != kNoNode) add(n.body, g.nodes[n.parent].body);
-  std::size_t blocks = 0;
-  for (std::size_t i = 0; i < g.rest_rows.size(); ++i) {
-    g.rest_rows[i].at = kEnvelopeBlock * blocks;
-    blocks += i - g.rest_rows[i].first + 1;
-  }
+/// Finds the blocks of the factor: of contacts that may act, joints, ties and rolling friction.
+void find_pattern(const Group& g) {
+  g.rest_pattern.find([&](auto&& visit) {
+    const auto add = [&](std::uint32_t a, std::uint32_t b) {
+      if (a != b && a < g.resting.size() && b < g.resting.size())
+        visit(g.resting[a].row, g.resting[b].row);
+    };
+    for (std::size_t i = 0; i < g.contacts.size(); ++i)
+      if (g.rest_contacts[i].near) add(g.contacts[i].a, g.contacts[i].b);
+    for (const GroupNode& n : g.nodes)
+      if (n.parent != kNoNode) add(n.body, g.nodes[n.parent].body);
+    for (const GroupTie& t : g.ties) add(t.a, t.b);
+    for (const GroupRolling& r : g.rollings) add(g.contacts[r.first].a, g.contacts[r.first].b);
+  });
 }
 
 /// Calls `visit(contact, lift)` for the contacts of the problem, with the lifts of the sliding
@@ -451,7 +447,7 @@ Rest solve_group(const Group& g, const Task& task) {
   start_search(g);
   if (!begin_contacts(g, task)) return Rest::fails;
   if (!moves && !are_calm(g, task.part)) return Rest::moves;
-  if (moves) pack_rows(g);
+  find_pattern(g);
   Search s{task.exactness(), h * weight_of(g), kLeastSpeed, task.most_iterations(g)};
   const Vec3 ground = moves ? ground_velocity(g) : Vec3(0);
   for (const RestBody& r : g.resting)

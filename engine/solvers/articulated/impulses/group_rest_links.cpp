@@ -280,14 +280,14 @@ namespace {
 void add_outer(Real* block, Real k, const Wrench& x, const Wrench& y) {
   for (int i = 0; i < 6; ++i) {
     const Real row = k * (i < 3 ? x.force[i] : x.torque[i - 3]);
-    Real* const to = block + static_cast<std::size_t>(i) * kEnvelopeWide;
+    Real* const to = block + static_cast<std::size_t>(i) * kFactorWide;
     for (int j = 0; j < 3; ++j) to[j] += row * y.force[j], to[j + 3] += row * y.torque[j];
   }
 }
 
 }  // namespace
 
-void add_link_blocks(const Group& g, const BlockEnvelope& e) {
+void add_link_blocks(const Group& g, const BlockFactor& e) {
   for (RestLink& l : g.rest_links) {
     if (l.of == Of::nothing) break;
     const bool acts = l.is_one_sided() ? l.impulse != 0 || l.presses : std::abs(l.impulse) < l.most;

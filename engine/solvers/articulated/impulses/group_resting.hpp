@@ -60,7 +60,7 @@ void predict_links(const Group& g, Real margin);
 /// Computes the impulses, and adds them to the residuals of momentum.
 void add_link_impulses(const Group& g, Acting acting);
 /// Adds J^T G J to the matrix.
-void add_link_blocks(const Group& g, const BlockEnvelope& e);
+void add_link_blocks(const Group& g, const BlockFactor& e);
 /// Before a line search: changes of speed along the direction.
 void aim_links(const Group& g);
 /// Derivative of the rows' part of the objective at a fraction of the direction.

@@ -19,6 +19,7 @@ struct GroupScratch {
     std::size_t first_step = 0, steps = 0, first_number = 0, numbers = 0;
     std::size_t first_pair = 0, pairs = 0;
     std::size_t first_resting = 0, resting = 0, first_link = 0, links = 0;
+    std::size_t first_column = 0, columns = 0, first_mark = 0, marks = 0;
     bool pressed = false, waits = false;
     std::size_t first_laned = 0, laned = 0, first_batch = 0, batches = 0, lane_numbers = 0;
   };
@@ -47,7 +48,8 @@ struct GroupScratch {
   std::vector<PathStep> path_steps;
   std::vector<RestBody> resting;
   std::vector<RestContact> rest_contacts;  // as `contacts`
-  std::vector<EnvelopeRow> rest_rows;
+  std::vector<FactorRow> rest_rows;        // these three are a BlockPattern
+  std::vector<std::uint32_t> rest_columns, rest_marks;
   std::vector<RestLink> rest_links;
   std::vector<Real> number_list;
   std::size_t numbers = 0;                     // of these, in use
@@ -57,6 +59,8 @@ struct GroupScratch {
   Real cost = 0;                               // s, of a unit of weight in a substep
   std::vector<std::uint32_t> ends, roots;      // by column, while an island is gathered
   std::vector<std::uint32_t> links, numbered;  // see find_order()
+  std::vector<std::uint64_t> fill;             // see find_elimination_order(), likewise `degrees`
+  std::vector<std::uint32_t> degrees;
 };
 
 }  // namespace pantin::detail::articulated

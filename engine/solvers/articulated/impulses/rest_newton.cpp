@@ -31,7 +31,7 @@ Wrench momentum_of(const GroupBody& b, const RestBody& r, const Wrench& motion) 
 void add_block(Real* block, const Mat3 (&parts)[2][2]) {
   for (std::size_t i = 0; i < 6; ++i)
     for (std::size_t j = 0; j < 6; ++j)
-      block[i * kEnvelopeWide + j] +=
+      block[i * kFactorWide + j] +=
           parts[i / 3][j / 3][static_cast<int>(j % 3)][static_cast<int>(i % 3)];
 }
 
@@ -42,20 +42,18 @@ struct End {
 };
 
 /// Adds J^T K J of two sides.
-void add_contact(const BlockEnvelope& e, const Mat3& k, const End& a, const End& b) {
+void add_contact(const BlockFactor& e, const Mat3& k, const End& a, const End& b) {
   if (a.row < b.row) return add_contact(e, k, b, a);
   const Mat3 moment = b.arm * k;
   add_block(e.block(a.row, b.row), {{k, -k * a.arm}, {moment, -moment * a.arm}});
 }
 
-BlockEnvelope envelope_of(const Group& g) {
-  const std::size_t n = g.resting.size();
-  const EnvelopeRow& last = g.rest_rows.back();
-  const std::size_t size = last.at + (n - last.first) * kEnvelopeBlock;
-  return {g.rest_rows, g.numbers.subspan(kEnvelopeWide * n, size)};
+BlockFactor factor_of(const Group& g) {
+  const std::size_t blocks = g.rest_pattern.blocks();
+  return {g.rest_pattern, g.numbers.subspan(kFactorWide * g.resting.size(), kFactorBlock * blocks)};
 }
 
-void assemble(const Group& g, const BlockEnvelope& e) {
+void assemble(const Group& g, const BlockFactor& e) {
   std::fill(e.numbers.begin(), e.numbers.end(), Real(0));
   for (std::size_t i = 0; i < g.resting.size(); ++i) {
     const RestBody& r = g.resting[i];
@@ -172,20 +170,20 @@ Real find_residuals(const Group& g, Acting acting) {
 }
 
 bool find_direction(const Group& g) {
-  const BlockEnvelope e = envelope_of(g);
+  const BlockFactor e = factor_of(g);
   assemble(g, e);
   if (!e.factor()) return false;
-  const std::span<Real> x = g.numbers.first(kEnvelopeWide * g.resting.size());
+  const std::span<Real> x = g.numbers.first(kFactorWide * g.resting.size());
   for (const RestBody& r : g.resting)
     for (int k = 0; k < 3; ++k) {
-      x[kEnvelopeWide * r.row + static_cast<std::size_t>(k)] = -r.residual.force[k];
-      x[kEnvelopeWide * r.row + 3 + static_cast<std::size_t>(k)] = -r.residual.torque[k];
+      x[kFactorWide * r.row + static_cast<std::size_t>(k)] = -r.residual.force[k];
+      x[kFactorWide * r.row + 3 + static_cast<std::size_t>(k)] = -r.residual.torque[k];
     }
   e.solve(x);
   for (RestBody& r : g.resting)
     for (int k = 0; k < 3; ++k) {
-      r.direction.force[k] = x[kEnvelopeWide * r.row + static_cast<std::size_t>(k)];
-      r.direction.torque[k] = x[kEnvelopeWide * r.row + 3 + static_cast<std::size_t>(k)];
+      r.direction.force[k] = x[kFactorWide * r.row + static_cast<std::size_t>(k)];
+      r.direction.torque[k] = x[kFactorWide * r.row + 3 + static_cast<std::size_t>(k)];
     }
   return true;
 }
