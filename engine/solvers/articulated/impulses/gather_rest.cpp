@@ -1,5 +1,6 @@
 // The rows of the factor for a group that may be at rest (group_rest.cpp).
 #include <algorithm>
+#include <limits>
 
 #include "engine/solvers/articulated/impulses/gather.hpp"
 #include "engine/solvers/articulated/impulses/graph_order.hpp"
@@ -49,40 +50,33 @@ std::size_t pairs_of(std::span<const GroupContact> contacts) {
   return pairs;
 }
 
-/// kg: of each tree of the last group.
-void weigh_trees(GroupScratch& r, const GroupScratch::Range& range) {
-  for (GroupTree& t : std::span(r.trees).subspan(range.first_tree)) {
-    t.mass = 0;
-    for (const GroupNode& n : std::span(r.nodes).subspan(range.first_node + t.first, t.count))
-      t.mass += n.mass;
-  }
-}
-
-/// Whether bodies press the last group's trees too hard for sweeps. Cables and loops are left to
-/// these, and so is what bounces.
-bool are_trees_pressed(GroupScratch& r, const GroupScratch::Range& range, std::size_t free,
+/// Whether a body or tree presses trees of the last group too hard for sweeps. Cables and loops are
+/// left to these, and so is what bounces.
+bool are_trees_pressed(const GroupScratch& r, const GroupScratch::Range& range, std::size_t free,
                        Real h) {
-  weigh_trees(r, range);
   const auto bodies = std::span(r.bodies).subspan(range.first_body);
   const auto contacts = std::span(r.contacts).subspan(range.first_contact);
+  const auto nodes = std::span(r.nodes).subspan(range.first_node);
+  const auto trees = std::span(r.trees).subspan(range.first_tree);
   const auto bounces = [](const GroupContact& c) { return c.restitution > 0; };
   if (std::any_of(contacts.begin(), contacts.end(), bounces)) return false;
+  const auto weight_of = [&](const GroupTree& t) {
+    Vec3 weight(0);
+    for (const GroupNode& n : nodes.subspan(t.first, t.count))
+      weight += n.mass * bodies[n.body].acceleration;
+    return glm::length(weight);
+  };
   Real heaviest = 0;  // N
-  const auto tree = [&](std::uint32_t body) { return tree_of(r, range, body); };
-  const auto mass_of = [&](std::uint32_t body) {
-    const GroupTree* const t = tree(body);
-    return t ? t->mass : 1 / bodies[body].per_mass;
-  };
-  const auto weight_of = [&](std::uint32_t body) {
-    return glm::length(bodies[body].acceleration) * mass_of(body);
-  };
-  for (std::uint32_t i = 0; i < free; ++i) heaviest = std::max(heaviest, weight_of(i));
+  for (const GroupBody& b : bodies.first(free))
+    if (b.node == kNoNode) heaviest = std::max(heaviest, glm::length(b.acceleration) / b.per_mass);
+  for (const GroupTree& t : trees) heaviest = std::max(heaviest, weight_of(t));
   const Real stiffness = spring_stiffness(h);
-  for (std::uint32_t i = 0; i < free; ++i)
-    if (tree(i) && heaviest > weight_of(i) &&
-        heaviest > kSagsUnderOne * stiffness * mass_of(i) * size_of(bodies[i]))
-      return true;
-  return false;
+  return std::any_of(trees.begin(), trees.end(), [&](const GroupTree& t) {
+    Real mass = 0, smallest = std::numeric_limits<Real>::infinity();
+    for (const GroupNode& n : nodes.subspan(t.first, t.count))
+      mass += n.mass, smallest = std::min(smallest, size_of(bodies[n.body]));
+    return heaviest > weight_of(t) && heaviest > kSagsUnderOne * stiffness * mass * smallest;
+  });
 }
 
 }  // namespace
