@@ -259,6 +259,7 @@ void step_contact_groups(World& world, const StepTask& task) {
   r.rests.resize(r.groups.size());
   const auto step_one = [&](std::size_t i, Group g) {
     Pace pace = pace_of(r, i, task, g.threads.are_many() ? 1 : task.threads.count);
+    if (task.budget && !g.trees.empty()) g.pressed = false;  // sweeps take a known time
     const Clock::time_point from = task.budget ? Clock::now() : Clock::time_point{};
     r.rests[i] = step_group(g, h, pace);
     if (!task.budget) return;

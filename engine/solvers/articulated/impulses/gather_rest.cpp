@@ -15,6 +15,8 @@ constexpr std::size_t kMostProducts = 50;
 constexpr std::size_t kMostGlidingProducts = 8;
 /// Sizes of a body by which the heaviest one would press its tree into contact springs.
 constexpr Real kSagsUnderOne = 0.004;
+/// Bodies of groups with pressed trees: the search takes too long among more.
+constexpr std::size_t kMostPressed = 64;
 
 /// The graph of contacts, joints and cables of the last group's free bodies and trees.
 void link_bodies(GroupScratch& r, const GroupScratch::Range& range, std::size_t count) {
@@ -51,7 +53,7 @@ std::size_t pairs_of(std::span<const GroupContact> contacts) {
 }
 
 /// Whether a body or tree presses trees of the last group too hard for sweeps. Cables and loops are
-/// left to these, and so is what bounces.
+/// left to these, and so is what bounces or is driven.
 bool are_trees_pressed(const GroupScratch& r, const GroupScratch::Range& range, std::size_t free,
                        Real h) {
   const auto bodies = std::span(r.bodies).subspan(range.first_body);
@@ -59,7 +61,10 @@ bool are_trees_pressed(const GroupScratch& r, const GroupScratch::Range& range, 
   const auto nodes = std::span(r.nodes).subspan(range.first_node);
   const auto trees = std::span(r.trees).subspan(range.first_tree);
   const auto bounces = [](const GroupContact& c) { return c.restitution > 0; };
-  if (std::any_of(contacts.begin(), contacts.end(), bounces)) return false;
+  const auto is_driven = [](const GroupNode& n) { return n.is_driven; };
+  if (free > kMostPressed || std::any_of(contacts.begin(), contacts.end(), bounces) ||
+      std::any_of(nodes.begin(), nodes.end(), is_driven))
+    return false;
   const auto weight_of = [&](const GroupTree& t) {
     Vec3 weight(0);
     for (const GroupNode& n : nodes.subspan(t.first, t.count))

@@ -385,9 +385,10 @@ void relax(const Group& g, Real h, Search& s) {
     if (r.near && closes > 0) r.goal.x -= closes, any = true;
   }
   if (!any) return;
-  s.left = std::max(s.left, kIterations);
+  s.left = std::max(s.left, g.nodes.empty() ? kIterations : kMostOfPart);
   move_origins(g, 1);
-  const bool found = follow_lifts(g) && iterate(g, kIterations, s);
+  const bool found = (follow_lifts(g) && iterate(g, kIterations, s)) ||
+                     (!g.nodes.empty() && iterate_yielding(g, s));
   if (!found) return_to_kept(g);
   move_origins(g, -1);
   if (!found) return;

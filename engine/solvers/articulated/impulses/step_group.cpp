@@ -371,8 +371,7 @@ Rest step_group(const Group& g, Real h, Pace& pace) {
     s.part.begin = s.part.end;
     const Real after = in_haste ? s.part.begin + (1 - s.part.begin) / left : Real(n + 1) / substeps;
     s.part.end = left == 1 ? 1 : after;
-    if (in_haste && (whole == Whole::calm || !g.trees.empty()))
-      whole = g.pressed && g.trees.empty() ? Whole::moving : Whole::none;
+    if (in_haste && whole == Whole::calm) whole = g.pressed ? Whole::moving : Whole::none;
     if (whole != Whole::none) whole = solve_whole(g, s, whole, rest);
     if (whole == Whole::none) take_parts(g, s, turned(Order::forwards, n));
     pace.note_substep();
