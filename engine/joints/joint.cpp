@@ -9,22 +9,22 @@
 namespace pantin::detail {
 namespace {
 
-/// Cosine of the largest swing of a hinge and angles of a universal joint from whose rotations
-/// others are computed by roots only.
-constexpr Real kNearlyQuarter = 0.1;
+/// Above it, halves of angles are found by roots without loss of digits: the cosines of a universal
+/// joint's angles, and the square of the cosine of half the swing of a hinge.
+constexpr Real kLeastCosine = 0.1;
 
 Quat hinged(Real angle) { return Quat(std::cos(angle / 2), std::sin(angle / 2), 0, 0); }
 
-/// Tangents of half the angles of a universal joint, as fractions; see universal_angles().
+/// Tangents x / w of half the angles of a universal joint; see universal_angles().
 struct UniversalHalves {
   Real x, w, second_x, second_w;
-  bool are_small;  // w are far from zero
+  bool are_small;  // the cosines of both exceed kLeastCosine
 
   explicit UniversalHalves(Quat q) {
     const Vec3 z = q * Vec3(0, 0, 1), y = glm::conjugate(q) * Vec3(0, 1, 0);
     x = z.x, w = z.z + std::sqrt(z.x * z.x + z.z * z.z);
     second_x = y.x, second_w = y.y + std::sqrt(y.x * y.x + y.y * y.y);
-    are_small = z.z > kNearlyQuarter && y.y > kNearlyQuarter;
+    are_small = z.z > kLeastCosine && y.y > kLeastCosine;
   }
   bool are_within(const JointLimits& limits) const {
     return are_small && is_within(limits.angle, x, w) &&
@@ -51,7 +51,7 @@ Quat TurnsAboutX::allowed(const JointLimits& limits, Quat q) {
   if (q.w < 0) q = -q;
   const auto by_kind = [&] {
     const Real n2 = q.w * q.w + q.x * q.x;
-    if (!(n2 > kNearlyQuarter)) return hinged(swing_twist(q).twist);
+    if (!(n2 > kLeastCosine)) return hinged(swing_twist(q).twist);
     return Quat(q.w, q.x, 0, 0) / std::sqrt(n2);
   };
   if (is_within(limits.angle, q.x, q.w)) return by_kind();

@@ -38,13 +38,12 @@ constexpr Exactness kAtRest{.compliance = kRestCompliance,
                             .lifted = 1e-5,
                             .nearly_lifted = 1e-3,
                             .liftings = 3},
-    kGliding{.compliance = kRestCompliance,
-             .balanced = 1e-9,
-             .nearly = 1e-7,
-             .sinks = 1e-5,
-             .lifted = 1e-5,
-             .nearly_lifted = 1e-3,
-             .liftings = 12},
+    kGliding =
+        [] {
+          Exactness gliding = kAtRest;
+          gliding.liftings = 12;
+          return gliding;
+        }(),
     kInMotion{.compliance = 100 * kRestCompliance,
               .balanced = 1e-6,
               .nearly = 1e-5,

@@ -417,7 +417,7 @@ void push_resting_trees(const Group& g, const GroupPart& part) {
     if (c.cross != kNoNode) g.crosses[c.cross] = cross_response_of(g, c.a, c.b);
     prepare_pair(g, p);
   }
-  set_rest_impulses(g);
+  set_rest_impulses(g);  // prepare_pair() may have cleared some
   remember_free(g);
   push_trees(g, part.h);
   settle_trees(g);
@@ -425,6 +425,7 @@ void push_resting_trees(const Group& g, const GroupPart& part) {
 }
 
 void push_trees_again(const Group& g, Real h) {
+  PANTIN_ASSERT(g.ties.empty());  // push_trees() adds to what these passed
   restore_free_motions(g);
   set_rest_impulses(g);
   push_trees(g, h);
