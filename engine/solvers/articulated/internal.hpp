@@ -94,7 +94,11 @@ void predict_still(const World& world, Island& a);
 void fall_asleep(World& world, Island& a);
 /// Whether an island has stayed in place for a second, or creeps; less than half of its mass may
 /// sway. To be called once a step.
-bool has_rested(const World& world, Island& a, Real h);
+enum class Limbs : std::uint8_t { sway_a_little, sway };
+bool has_rested(const World& world, Island& a, Real h, Limbs limbs);
+/// Slows an island of which more than half has stayed in place for a second: joints have no
+/// friction of their own, and limbs in a pile would swing for minutes.
+void slow_limbs(World& world, const Island& a, Real h);
 inline constexpr Real kTimeToSleep = 0.5;  // s
 /// rad/s of sleep speed per m/s.
 inline constexpr Real kTurning = 10;

@@ -1,5 +1,6 @@
 // Sleep of islands at rest: falling asleep, and what wakes them.
 #include <algorithm>
+#include <cmath>
 #include <functional>
 
 #include "engine/contact/contact.hpp"
@@ -14,10 +15,12 @@ namespace {
 
 /// Drift up to which a body counts as unmoved: the distance at the sleep speed in this time, s, or
 /// this fraction of the island's size, whichever is less. Less than half of the island's mass may
-/// sway this many times farther.
-constexpr Real kRestDriftTime = 2.5, kRestDriftOfSize = 3e-3, kSwayFactor = 16;
+/// sway this many times farther, in a pile of trees by more.
+constexpr Real kRestDriftTime = 2.5, kRestDriftOfSize = 3e-3, kSwayFactor = 16, kSwayInPile = 32;
 /// s: an island unmoved for so long is at rest. Creep shows as motion only after that time.
 constexpr Real kTimeToRest = 1;
+/// 1/s: rate at which slow_limbs() slows an island.
+constexpr Real kSlowing = 6;
 
 /// Whether the caller changed a sleeping body.
 bool is_disturbed(const Body& b) {
@@ -247,7 +250,7 @@ void predict_still(const World& world, Island& a) {
   }
 }
 
-bool has_rested(const World& world, Island& a, Real h) {
+bool has_rested(const World& world, Island& a, Real h, Limbs limbs) {
   if (a.rests.empty()) return false;
   PANTIN_ASSERT(a.rests.size() == a.count());
   Real near = kRestDriftTime * a.settings.sleep_speed;
@@ -265,13 +268,23 @@ bool has_rested(const World& world, Island& a, Real h) {
     if (!(by < near)) moved += b.mass;
   }
   a.rest_time += h;
-  if (!(farthest < kSwayFactor * near) || !(2 * moved < whole)) {
+  const Real sway = limbs == Limbs::sway ? kSwayInPile : kSwayFactor;
+  if (!(farthest < sway * near) || !(2 * moved < whole)) {
     a.rested = a.contact_active && a.rest_time > kTimeToRest;
     a.rest_time = 0;
     for (std::size_t c = 0; c < a.count(); ++c) a.rests[c] = world.bodies.values()[a.slots[c]].pose;
   }
   return a.contact_active && near > 0 && fastest * kTimeToSleep < kSwayFactor * near &&
          (a.rested || a.rest_time > kTimeToRest);
+}
+
+void slow_limbs(World& world, const Island& a, Real h) {
+  if (!a.contact_active || !(a.rested || a.rest_time > kTimeToRest)) return;
+  const Real kept = std::exp(-kSlowing * h);
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    Body& b = world.bodies.values()[a.slots[c]];
+    b.velocity *= kept, b.angular_velocity *= kept;
+  }
 }
 
 void fall_asleep(World& world, Island& a) {

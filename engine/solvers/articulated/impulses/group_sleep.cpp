@@ -19,9 +19,12 @@ constexpr Real kSettled = 5e-4;
 constexpr Real kDead = 1e-3, kPatience = 3, kPatienceInHeap = 1;
 /// In a heap, bodies spinning in place may sleep at a spin this many times larger.
 constexpr Real kSpinsInHeap = 10;
-/// What keeps a part of a group awake, flags of its first island; of any: it may speed up by
-/// itself.
-constexpr std::uint8_t kMoves = 1, kUnsettled = 2, kDeep = 4, kAlive = 8, kPowered = 16;
+/// Trees of a group from which on it is a pile: there limbs are slowed before they sleep.
+constexpr std::size_t kPile = 4;
+/// What keeps a part of a group awake, flags of its first island: motion, of itself or by what
+/// drives it. Of any island: it may speed up by itself.
+constexpr std::uint8_t kMoves = 1, kUnsettled = 2, kDeep = 4, kAlive = 8, kPowered = 16,
+                       kDriven = 32;
 
 /// Whether a body is the first of its island.
 bool is_first(const Group& g, const GroupBody& b) {
@@ -65,7 +68,7 @@ class Parts {
     std::uint8_t& part = of(g.a(c).island);
     const GroupBody& b = g.b(c);
     const bool is_carried = g.is_fixed(c) && (b.velocity != Vec3(0) || b.spin != Vec3(0));
-    if (is_carried || bears_moving_surface(c)) part |= kMoves;
+    if (is_carried || bears_moving_surface(c)) part |= kMoves | kDriven;
     if (!(c.settling <= kSettled * c.shallow)) part |= kUnsettled;
     if (is_deep(c)) part |= kDeep;
   }
@@ -85,6 +88,7 @@ void let_sleep(World& world, const Group& g, Real h) {
   const bool is_heap = g.trees.empty() && !g.has_at_most(kFewBodies);
   const Real turning = is_heap ? kSpinsInHeap * kTurning : kTurning;
   const Real patience = is_heap ? kPatienceInHeap : kPatience;
+  const Limbs limbs = g.trees.size() < kPile ? Limbs::sway_a_little : Limbs::sway;
   bool rested = false;  // current island; among trees, arms may swing for long
   for (const GroupBody& f : g.bodies) {
     if (f.per_mass == 0) continue;
@@ -93,9 +97,10 @@ void let_sleep(World& world, const Group& g, Real h) {
     const Real slow = a.settings.sleep_speed;
     const Real speed = glm::length(f.velocity), spin = glm::length(f.spin);
     const bool drives = f.node != kNoNode && g.nodes[f.node].is_driven;
+    if (drives) part |= kDriven;
     if (is_first(g, f)) {
       a.quiet_time += h;  // unless one of its bodies moves
-      rested = !g.trees.empty() && has_rested(world, a, h) && (part & kDeep) == 0;
+      rested = !g.trees.empty() && has_rested(world, a, h, limbs) && (part & kDeep) == 0;
     }
     if (!a.contact_active || drives || !(speed < slow && spin < turning * slow)) a.quiet_time = 0;
     const bool dead = speed < kDead * slow && spin < kTurning * kDead * slow;
@@ -110,10 +115,16 @@ void let_sleep(World& world, const Group& g, Real h) {
     if (!is_slack && (parts.of(t.island) & kAlive) != 0) parts.of(t.island) |= kMoves;
   }
   for (const GroupTree& t : g.trees)
-    if (t.from != t.to || t.held_spin != Vec3(0)) parts.of(t.island) |= kMoves;
-  for (const GroupBody& f : g.bodies)
-    if (f.per_mass > 0 && !list[f.island].asleep && (parts.of(f.island) & kMoves) == 0)
-      fall_asleep(world, list[f.island]);
+    if (t.from != t.to || t.held_spin != Vec3(0)) parts.of(t.island) |= kMoves | kDriven;
+  for (const GroupBody& f : g.bodies) {
+    if (f.per_mass == 0 || !is_first(g, f)) continue;
+    Island& a = list[f.island];
+    const std::uint8_t part = parts.of(f.island);
+    if ((part & kMoves) == 0)
+      fall_asleep(world, a);
+    else if (limbs == Limbs::sway && (part & kDriven) == 0 && !has_power(world, a))
+      slow_limbs(world, a, h);
+  }
 }
 
 }  // namespace pantin::detail::articulated
