@@ -183,7 +183,7 @@ struct ContactPlace {
 
 /// One contact point between two bodies.
 struct GroupContact : ContactPlace {
-  Real gap = 0;                                                  // m
+  Real gap = 0, asked = 0;                                       // m; see part_overlaps()
   Real along = 0, aside = 0, cross_first = 0, cross_second = 0;  // response, 1/kg
   bool works = true;      // active: near enough, and the bodies respond to it
   bool in_lanes = false;  // as GroupPair::in_lanes

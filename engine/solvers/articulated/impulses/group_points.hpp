@@ -143,6 +143,12 @@ void prepare_touching(const Group& g);
 /// one would take ever more load.
 void take_up(const Group& g, const Substep& s, Real h);
 
+/// Whether an overlap is so deep that it is still being parted.
+inline bool is_deep(const GroupContact& c) { return c.gap < -c.shallow - c.rest; }
+/// At the end of a step of h seconds, with `centre` and gaps of the final poses: parts deep
+/// overlaps of bodies without joints that hardly move (group_parting.cpp).
+void part_overlaps(const Group& g, Real h);
+
 /// Impacts with restitution in the substep, pair by pair until none approaches, so that a row of
 /// balls passes on an impact. Returns whether there were any (group_impacts.cpp).
 bool collide_elastically(const Group& g, const Substep& s);

@@ -1,6 +1,7 @@
 // Sleep of groups: islands that rest on one another fall asleep together, beside others of their
 // group that go on moving.
 #include <algorithm>
+#include <cmath>
 
 #include "engine/contact/detect.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
@@ -15,10 +16,15 @@ namespace {
 /// Error of Contact::rest at which bodies may fall asleep, as a fraction of the shallow overlap.
 constexpr Real kSettled = 5e-4;
 /// Sleep freezes forces: it waits until speeds fall below this fraction of the sleep speed, or for
-/// this time, s; in heaps of free bodies for the last.
-constexpr Real kDead = 1e-3, kPatience = 3, kPatienceInHeap = 1;
-/// In a heap, bodies spinning in place may sleep at a spin this many times larger.
-constexpr Real kSpinsInHeap = 10;
+/// this time, s.
+constexpr Real kDead = 1e-3, kPatience = 3;
+/// In heaps of free bodies it waits for as many times sqrt(size / g), in which a slow fall grows
+/// e-fold, up to this time, s.
+constexpr Real kFolds = 5, kPatienceInHeap = 1;
+/// There bodies may sleep at a speed and a spin this many times larger, as balls without rolling
+/// friction creep for long. One that is not faster than kStirs times that loses as many times the
+/// time that it has been still as it moves.
+constexpr Real kCreepsInHeap = 5, kSpinsInHeap = 10, kStirs = 4, kForgets = 3;
 /// Trees of a group from which on it is a pile: there limbs are slowed before they sleep.
 constexpr std::size_t kPile = 4;
 /// What keeps a part of a group awake, flags of its first island: motion, of itself or by what
@@ -31,8 +37,12 @@ bool is_first(const Group& g, const GroupBody& b) {
   return b.node == kNoNode || g.nodes[b.node].column == 0;
 }
 
-/// Whether an overlap is so deep that it is still being separated with speed.
-bool is_deep(const GroupContact& c) { return c.gap < -c.shallow - c.rest; }
+/// s: time for which a body of a heap of free bodies has to be still.
+Real patience_in_heap(const World& world, const Island& a) {
+  const Real weight = glm::length(world.gravity);
+  const Real waits = weight > 0 ? kFolds * std::sqrt(a.size / weight) : kPatienceInHeap;
+  return std::clamp(waits, kTimeToSleep, kPatienceInHeap);
+}
 
 /// Whether a moving surface acts on this contact: it carries bodies along, or slips under them.
 bool bears_moving_surface(const GroupContact& c) {
@@ -86,8 +96,6 @@ void let_sleep(World& world, const Group& g, Real h) {
   }
   Parts parts(world, g, h);
   const bool is_heap = g.trees.empty() && !g.has_at_most(kFewBodies);
-  const Real turning = is_heap ? kSpinsInHeap * kTurning : kTurning;
-  const Real patience = is_heap ? kPatienceInHeap : kPatience;
   const Limbs limbs = g.trees.size() < kPile ? Limbs::sway_a_little : Limbs::sway;
   bool rested = false;  // current island; among trees, arms may swing for long
   for (const GroupBody& f : g.bodies) {
@@ -102,11 +110,17 @@ void let_sleep(World& world, const Group& g, Real h) {
       a.quiet_time += h;  // unless one of its bodies moves
       rested = !g.trees.empty() && has_rested(world, a, h, limbs) && (part & kDeep) == 0;
     }
-    if (!a.contact_active || drives || !(speed < slow && spin < turning * slow)) a.quiet_time = 0;
+    const Real creeps = is_heap ? kCreepsInHeap : 1, spins = is_heap ? kSpinsInHeap : 1;
+    const Real motion = std::max(speed / creeps, spin / (spins * kTurning));
+    if (!a.contact_active || drives || !(motion < kStirs * slow))
+      a.quiet_time = 0;
+    else if (!(motion < slow))
+      a.quiet_time = is_heap ? std::max(Real(0), a.quiet_time - kForgets * h) : 0;
+    const Real patience = is_heap ? patience_in_heap(world, a) : kPatience;
     const bool dead = speed < kDead * slow && spin < kTurning * kDead * slow;
     if (!dead) part |= kAlive;
     const bool settles = dead && (part & kUnsettled) == 0;
-    const bool is_parting = g.trees.empty() && (part & kDeep) != 0;
+    const bool is_parting = g.trees.empty() && (part & kDeep) != 0 && a.quiet_time < kPatience;
     if (drives || is_parting || !(rested || a.quiet_time > (settles ? kTimeToSleep : patience)))
       part |= kMoves;
   }

@@ -7,7 +7,7 @@ namespace pantin::detail::articulated {
 namespace {
 
 /// s: time constants of the compensation; fraction of the compression that is compensated.
-constexpr Real kTakeUpTime = 0.4, kTakeUpTimeOfTrees = 2, kTakenUp = 0.998;
+constexpr Real kTakeUpTime = 0.1, kTakeUpTimeOfTrees = 2, kTakenUp = 0.998;
 /// m/s: slower bodies have their compression compensated; above the second, that is undone.
 constexpr Real kCalmSpeed = 0.005, kWildSpeed = 0.02;
 /// In shallow overlaps: the largest compression that is compensated. Among trees those above the

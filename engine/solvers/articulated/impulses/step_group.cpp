@@ -215,10 +215,12 @@ void take_parts(const Group& g, const Substep& whole, Order order) {
   if (s.h != whole.h) change_length(g, whole.h / s.h);
 }
 
-/// Updates the final gaps; closes shallow overlaps of a body that touches only fixed ones.
-void finish_group(const Group& g) {
+/// Updates the final gaps; parts deep overlaps; closes shallow ones of a body that touches only
+/// fixed ones.
+void finish_group(const Group& g, Real h) {
   centre_bodies(g);  // the last substep moved bodies away from their `centre`
   for (GroupContact& c : g.contacts) follow(g, c), place(g, c);
+  part_overlaps(g, h);
   if (!g.is_single()) return;
   GroupBody& body = g.bodies.front();
   for (int round = 0; round < 4; ++round) {
@@ -400,7 +402,7 @@ Rest step_group(const Group& g, Real h, Pace& pace) {
     slow_bodies(g, energy_of_bodies(g),
                 energy - elastic_energy(g) + work_of_external_forces(g) +
                     work_of_surfaces(g, &GroupContact::passed));
-  finish_group(g);
+  finish_group(g, h);
   change_length(g, 1 / s.h);
   return rest;
 }
