@@ -58,8 +58,9 @@ constexpr int kHardenings = 8;
 /// Multiples of a shallow overlap: deeper ones are left to sweeps, which separate them faster.
 constexpr Real kDeep = 2;
 /// Largest speed that closes an overlap, sizes of a body per second; overlap that stays, in sizes
-/// of a body, and the largest that stays between bodies with joints.
-constexpr Real kCloses = 1e-2, kSunk = 1e-6, kSunkJoined = 0.05;
+/// of a body, and the largest that stays between bodies with joints; the fraction of that where
+/// they hardly move.
+constexpr Real kCloses = 1e-2, kSunk = 1e-6, kSunkJoined = 0.05, kSunkAtRest = 0.1;
 /// Margin of the predicted active set, as a fraction of the speed that weight gives in a step.
 constexpr Real kMayPress = 0.1;
 /// m/s: speeds without contacts count as this at least.
@@ -166,6 +167,14 @@ Real closes_at(const Task& task, Real size) {
                                         : kCloses * size;
 }
 
+/// Whether no body is faster than one at rest may be.
+bool hardly_moves(const Group& g) {
+  const auto is_slow = [](const GroupBody& b) {
+    return glm::length(b.velocity) + size_of(b) * glm::length(b.spin) < kRestSpeed;
+  };
+  return std::all_of(g.bodies.begin(), g.bodies.begin() + g.resting.size(), is_slow);
+}
+
 /// Whether a contact is not for this method: bodies that glide strike others, or bounce, or an
 /// overlap is so deep that sweeps must separate it.
 bool is_too_wild(const Group& g, const GroupContact& c, Solving how) {
@@ -178,6 +187,7 @@ bool is_too_wild(const Group& g, const GroupContact& c, Solving how) {
 /// Contacts that may act in the step. False if one of them is not for this method.
 bool begin_contacts(const Group& g, const Task& task) {
   const Real h = task.part.h, margin = kMayPress * h * weight_of(g);
+  const Real sunk = hardly_moves(g) ? kSunkAtRest : 1;
   for (std::size_t i = 0; i < g.contacts.size(); ++i) {
     GroupContact& c = g.contacts[i];
     RestContact& r = g.rest_contacts[i];
@@ -194,7 +204,8 @@ bool begin_contacts(const Group& g, const Task& task) {
       response += glm::dot(axis, response_of(pair, arms_of(c), axis)) / 3;
     r.compliance = task.exactness().compliance * response;
     const Real size = size_of(g.a(c));
-    const Real stays = is_joined(g, c) ? std::min(c.shallow, kSunkJoined * size) : kSunk * size;
+    const Real stays =
+        is_joined(g, c) ? sunk * std::min(c.shallow, kSunkJoined * size) : kSunk * size;
     const Real deep = std::max(Real(0), -c.gap - stays);
     r.goal.x = c.gap > 0 ? -c.gap / h : std::min(kRestClosed * deep / h, closes_at(task, size));
     r.may_press = speed_of(g, c, &RestBody::free).x < r.goal.x + margin;
