@@ -252,3 +252,36 @@ TEST_CASE("what leans beyond its base falls, and what is on too steep a slope sl
       CHECK(way.x > 0.05);
   }
 }
+
+TEST_CASE("a group at rest notices that friction, weight or a force has changed") {
+  const Real slope = 20 * kPi / 180, g = 9.81;
+  const auto stack = [&] {
+    Standing s(0.5);
+    s.world.gravity = g * Vec3(std::sin(slope), -std::cos(slope), 0);
+    for (int i = 0; i < 5; ++i) s.add({0, 0.05 + 0.1 * i, 0}, {0.2, 0.05, 0.2});
+    return Simulation::copy_of(s.world, {1.0 / 60});
+  };
+  using Change = void (*)(World&, Entity);
+  const auto moved_by = [&](Change change) {
+    Simulation sim = stack();
+    for (int i = 0; i < 6; ++i) REQUIRE(sim.step().asleep == 0);
+    const Entity top = sim.world.bodies.owners().back();
+    const Vec3 from = sim.world.bodies[top].pose.position;
+    CHECK(glm::length(from - Vec3(0, 0.45, 0)) < 1e-6);
+    change(sim.world, top);
+    for (int i = 0; i < 30; ++i) sim.step();
+    return sim.world.bodies[top].pose.position - from;
+  };
+  // a = g (sin - mu cos), for half a second.
+  const auto way = [&](Real mu) { return 0.125 * g * (std::sin(slope) - mu * std::cos(slope)); };
+  CHECK(glm::length(moved_by([](World&, Entity) {})) < 1e-6);
+  CHECK(moved_by([](World& w, Entity top) { w.collisions[top].friction = 0.01; }).x ==
+        Approx(way(0.0707)).epsilon(0.15));
+  CHECK(moved_by([](World& w, Entity) {
+          w.gravity = {0, 9.81, 0};
+        }).y == Approx(0.125 * g).epsilon(0.05));
+  CHECK(moved_by([](World& w, Entity top) {  // for one step
+          w.forces.add(top, {{5 * 9.81 * w.bodies[top].mass, 0, 0}, Vec3(0)});
+        })
+            .x > 0.05);
+}

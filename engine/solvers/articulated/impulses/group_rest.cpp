@@ -458,13 +458,15 @@ Rest solve_group(const Group& g, const Task& task) {
   start_search(g);
   if (!begin_contacts(g, task)) return Rest::fails;
   if (!moves && !are_calm(g, task.part)) return Rest::moves;
-  find_pattern(g);
   Search s{task.exactness(), h * weight_of(g), kLeastSpeed, task.most_iterations(g)};
   const Vec3 ground = moves ? ground_velocity(g) : Vec3(0);
   for (const RestBody& r : g.resting)
     s.fastest = std::max(s.fastest, glm::length(r.free.force - ground));
   if (moves) s.typical = std::max(s.typical, fastest_closing(g));
-  if (!find_velocities(g, task, s)) return Rest::missed;
+  if (task.how != Solving::at_rest || !rests_as_before(g, s)) {
+    find_pattern(g);
+    if (!find_velocities(g, task, s)) return Rest::missed;
+  }
   if (task.how == Solving::at_rest && !is_at_rest(g, h)) return Rest::moves;
   if (!moves && !are_calm(g, task.part)) return Rest::moves;
   take_velocities(g, task);

@@ -15,9 +15,9 @@ namespace {
 
 /// Error of Contact::rest at which bodies may fall asleep, as a fraction of the shallow overlap.
 constexpr Real kSettled = 5e-4;
-/// Sleep freezes forces: it waits until speeds fall below this fraction of the sleep speed, or for
-/// this time, s.
-constexpr Real kDead = 1e-3, kPatience = 3;
+/// Sleep freezes forces: it waits until speeds fall below this fraction of the sleep speed, for
+/// this time, s, and so many steps, or for the last time, s.
+constexpr Real kDead = 1e-3, kTimeToSettle = 0.15, kStepsToSettle = 8, kPatience = 3;
 /// In heaps of free bodies it waits for as many times sqrt(size / g), in which a slow fall grows
 /// e-fold, up to this time, s.
 constexpr Real kFolds = 5, kPatienceInHeap = 1;
@@ -97,6 +97,7 @@ void let_sleep(World& world, const Group& g, Real h) {
   Parts parts(world, g, h);
   const bool is_heap = g.trees.empty() && !g.has_at_most(kFewBodies);
   const Limbs limbs = g.trees.size() < kPile ? Limbs::sway_a_little : Limbs::sway;
+  const Real settling = std::max(kTimeToSettle, kStepsToSettle * h);
   bool rested = false;  // current island; among trees, arms may swing for long
   for (const GroupBody& f : g.bodies) {
     if (f.per_mass == 0) continue;
@@ -116,13 +117,12 @@ void let_sleep(World& world, const Group& g, Real h) {
       a.quiet_time = 0;
     else if (!(motion < slow))
       a.quiet_time = is_heap ? std::max(Real(0), a.quiet_time - kForgets * h) : 0;
-    const Real patience = is_heap ? patience_in_heap(world, a) : kPatience;
     const bool dead = speed < kDead * slow && spin < kTurning * kDead * slow;
     if (!dead) part |= kAlive;
     const bool settles = dead && (part & kUnsettled) == 0;
     const bool is_parting = g.trees.empty() && (part & kDeep) != 0 && a.quiet_time < kPatience;
-    if (drives || is_parting || !(rested || a.quiet_time > (settles ? kTimeToSleep : patience)))
-      part |= kMoves;
+    const Real waits = settles ? settling : is_heap ? patience_in_heap(world, a) : kPatience;
+    if (drives || is_parting || !(rested || a.quiet_time > waits)) part |= kMoves;
   }
   for (const GroupTie& t : g.ties) {
     const bool is_slack = t.kind != GroupTie::Kind::cable || t.passed.x == 0;

@@ -138,13 +138,44 @@ Vec3 speed_of(const Group& g, const GroupContact& c, Wrench RestBody::*motion) {
       c.axes, a.force + glm::cross(a.torque, c.arm_a) - b.force - glm::cross(b.torque, c.arm_b));
 }
 
-Real find_residuals(const Group& g, Acting acting) {
+namespace {
+
+/// Starts the residuals of momentum with those without contacts.
+void begin_residuals(const Group& g) {
   for (std::size_t i = 0; i < g.resting.size(); ++i) {
     RestBody& r = g.resting[i];
     const Wrench now = momentum_of(g.bodies[i], r, r.motion),
                  free = momentum_of(g.bodies[i], r, r.free);
     r.residual = {now.force - free.force, now.torque - free.torque};
   }
+}
+/// Whether Coulomb's law allows the impulse: friction may have been changed.
+bool is_in_cone(const GroupContact& c) {
+  const Real most = (2 - kOnCone) * c.friction * c.impulse.x;
+  return c.impulse.y * c.impulse.y + c.impulse.z * c.impulse.z <= most * most;
+}
+
+void add_impulse(const Group& g, const GroupContact& c, Vec3 impulse) {
+  const Vec3 p = to_world(c, impulse);
+  g.resting[c.a].residual += {-p, -glm::cross(c.arm_a, p)};
+  if (c.b < g.resting.size()) g.resting[c.b].residual += {p, glm::cross(c.arm_b, p)};
+}
+/// m/s: the largest residual as a speed of a body.
+Real largest_residual(const Group& g) {
+  Real most = 0;
+  for (std::size_t i = 0; i < g.resting.size(); ++i) {
+    const GroupBody& b = g.bodies[i];
+    const Wrench& left = g.resting[i].residual;
+    most = std::max({most, b.per_mass * glm::length(left.force),
+                     size_of(b) * glm::length(b.response * left.torque)});
+  }
+  return most;
+}
+
+}  // namespace
+
+Real find_residuals(const Group& g, Acting acting) {
+  begin_residuals(g);
   for (std::size_t i = 0; i < g.contacts.size(); ++i) {
     const GroupContact& c = g.contacts[i];
     RestContact& r = g.rest_contacts[i];
@@ -154,19 +185,29 @@ Real find_residuals(const Group& g, Acting acting) {
         acting == Acting::now
             ? cone_of(r, c.friction, r.speed)
             : cone_as_with(r, c.friction, acting == Acting::as_before ? c.impulse : r.cone.impulse);
-    const Vec3 p = to_world(c, r.cone.impulse);
-    g.resting[c.a].residual += {-p, -glm::cross(c.arm_a, p)};
-    if (c.b < g.resting.size()) g.resting[c.b].residual += {p, glm::cross(c.arm_b, p)};
+    add_impulse(g, c, r.cone.impulse);
   }
   add_link_impulses(g, acting);
-  Real most = 0;
-  for (std::size_t i = 0; i < g.resting.size(); ++i) {
-    const GroupBody& b = g.bodies[i];
-    const Wrench& left = g.resting[i].residual;
-    most = std::max({most, b.per_mass * glm::length(left.force),
-                     size_of(b) * glm::length(b.response * left.torque)});
+  return largest_residual(g);
+}
+
+bool rests_as_before(const Group& g, const Search& s) {
+  if (!g.nodes.empty() || !g.ties.empty() || !g.rollings.empty()) return false;
+  const Real enough = s.exactness.nearly * s.fastest;
+  start_search(g);
+  begin_residuals(g);
+  for (std::size_t i = 0; i < g.contacts.size(); ++i) {
+    const GroupContact& c = g.contacts[i];
+    RestContact& r = g.rest_contacts[i];
+    if (!r.near) continue;
+    if (r.goal.x > 0 || r.goal.y != 0 || r.goal.z != 0) return false;
+    const bool acts = c.impulse.x > 0;
+    r.speed = speed_of(g, c, &RestBody::motion);
+    if (acts ? !is_in_cone(c) : r.speed.x < r.goal.x - enough) return false;
+    r.cone = {acts ? c.impulse : Vec3(0), acts ? At::inside : At::apex};
+    add_impulse(g, c, r.cone.impulse);
   }
-  return most;
+  return largest_residual(g) <= enough;
 }
 
 bool find_direction(const Group& g) {

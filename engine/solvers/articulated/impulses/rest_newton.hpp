@@ -36,6 +36,9 @@ Vec3 speed_of(const Group& g, const GroupContact& c, Wrench RestBody::*motion);
 /// Computes the impulses, and the residuals of momentum with them. Returns the largest as a speed
 /// of a body, m/s.
 Real find_residuals(const Group& g, Acting acting = Acting::now);
+/// Whether free bodies rest as in the last step: its impulses and velocities balance, and no
+/// contact has to be opened. Takes these then; no factor is needed.
+bool rests_as_before(const Group& g, const Search& s);
 /// Newton's direction. False if the factorisation fails.
 bool find_direction(const Group& g);
 /// Moves on by a part of the direction.
