@@ -49,7 +49,7 @@ constexpr Key kSolver[] = {
         "A body at rest on fixed bodies that moves no faster for half a second falls asleep; a "
         "heap of jointed bodies does once no body but a swaying arm has moved away for a second "
         "(by more than 2.5 s times this, an arm by 40 s times this; among four or more, "
-        "swaying arms are slowed and may sway twice as far); 0: never.")
+        "those on one another may sway three times as far, and are slowed); 0: never.")
         .once("rest_speed"),
     whole<&S::sweeps>("sweeps", 1, 10'000,
                       "Maximum number of relaxation sweeps over several pinned points.")

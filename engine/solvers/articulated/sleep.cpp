@@ -16,7 +16,7 @@ namespace {
 /// Drift up to which a body counts as unmoved: the distance at the sleep speed in this time, s, or
 /// this fraction of the island's size, whichever is less. Less than half of the island's mass may
 /// sway this many times farther, in a pile of trees by more.
-constexpr Real kRestDriftTime = 2.5, kRestDriftOfSize = 3e-3, kSwayFactor = 16, kSwayInPile = 32;
+constexpr Real kRestDriftTime = 2.5, kRestDriftOfSize = 3e-3, kSwayFactor = 16, kSwayInPile = 48;
 /// s: an island unmoved for so long is at rest. Creep shows as motion only after that time.
 constexpr Real kTimeToRest = 1;
 /// 1/s: rate at which slow_limbs() slows an island.
@@ -279,7 +279,7 @@ bool has_rested(const World& world, Island& a, Real h, Limbs limbs) {
 }
 
 void slow_limbs(World& world, const Island& a, Real h) {
-  if (!a.contact_active || !(a.rested || a.rest_time > kTimeToRest)) return;
+  if (!a.contact_active || !(a.rest_time > kTimeToRest)) return;
   const Real kept = std::exp(-kSlowing * h);
   for (std::size_t c = 0; c < a.count(); ++c) {
     Body& b = world.bodies.values()[a.slots[c]];

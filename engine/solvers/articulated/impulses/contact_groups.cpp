@@ -65,6 +65,7 @@ void plan_contact_groups(World& world, Real h) {
   Islands& all = world.memory.of<Islands>();
   GroupScratch& r = all.groups;
   r.sets.reset(all.list.size()), r.group_of.resize(all.list.size());
+  r.creeping.resize(all.list.size());
   join_islands(world, r, h);
   bool woke = all.rest.version != partition_of(world).rest_version;
   for (; list_groups(world, r) || woke; woke = false) wake_groups(world, r, h);

@@ -49,6 +49,7 @@ struct GroupBody {
   // Before the impulses of the substep, see forget_impulses():
   Vec3 free_velocity{0}, free_spin{0}, free_momentum{0};
   Vec3 from{0};  // m, position at the start of the step
+  Pose kept;     // see part_overlaps()
 };
 
 /// Number of bodies that are free or in trees; these come first.

@@ -17,6 +17,8 @@ constexpr Real kHardlyMoves = 0.05;
 /// Fraction of an overlap, beyond a shallow one, that is parted in a step.
 constexpr Real kParted = 0.5;
 constexpr int kPartingSweeps = 8;
+/// Where this fraction of all overlaps is left, or more, there is no room: the poses stay.
+constexpr Real kWorthwhile = 0.9;
 
 /// Translates and rotates a body as an impulse changes its velocity and spin; kg m.
 void shift(GroupBody& b, Vec3 arm, Vec3 impulse) {
@@ -41,6 +43,22 @@ Real part(const Group& g, GroupContact& c) {
   return need;
 }
 
+/// m: sum of all overlaps beyond shallow ones.
+Real sum_of_overlaps(const Group& g) {
+  Real sum = 0;
+  for (GroupContact& c : g.contacts) place(g, c), sum += std::max(Real(0), -c.gap - c.shallow);
+  return sum;
+}
+
+void part_all(const Group& g) {
+  for (int n = 0; n < kPartingSweeps; ++n) {
+    Real most = 0;
+    for (std::size_t i = 0, last = g.contacts.size() - 1; i <= last; ++i)
+      most = std::max(most, part(g, g.contacts[n % 2 == 0 ? i : last - i]));
+    if (most == 0) break;
+  }
+}
+
 }  // namespace
 
 void part_overlaps(const Group& g, Real h) {
@@ -48,16 +66,19 @@ void part_overlaps(const Group& g, Real h) {
   if (std::none_of(g.contacts.begin(), g.contacts.end(), is_deep)) return;
   for (const GroupBody& b : g.bodies)
     if (b.per_mass > 0 && !(glm::length(b.velocity) < kHardlyMoves)) return;
+  const Real before = sum_of_overlaps(g);
   for (GroupContact& c : g.contacts) {
     const Real beyond = std::max(Real(0), -c.gap - c.shallow);
     c.asked = std::min(Real(0), c.gap) + std::min(kParted * beyond, kPushSpeed * h);
   }
-  for (int n = 0; n < kPartingSweeps; ++n) {
-    Real most = 0;
-    for (std::size_t i = 0, last = g.contacts.size() - 1; i <= last; ++i)
-      most = std::max(most, part(g, g.contacts[n % 2 == 0 ? i : last - i]));
-    if (most == 0) break;
-  }
+  for (GroupBody& b : g.bodies) b.kept = b.pose;
+  part_all(g);
+  const bool is_less = sum_of_overlaps(g) < kWorthwhile * before;
+  const auto is_near = [&](const GroupBody& b) {
+    return glm::distance(b.pose.position, b.kept.position) <= kPushSpeed * h;
+  };
+  if (!is_less || !std::all_of(g.bodies.begin(), g.bodies.end(), is_near))
+    for (GroupBody& b : g.bodies) b.pose = b.kept;
   centre_bodies(g);
   for (GroupBody& b : g.bodies) b.response = inverse_inertia(b, b.pose.rotation);
   for (GroupContact& c : g.contacts) place(g, c);

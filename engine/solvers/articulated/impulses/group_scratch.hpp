@@ -27,9 +27,10 @@ struct GroupScratch {
   std::vector<std::uint32_t> group_of;  // by island
   std::vector<std::uint8_t> flags;      // by group, which is its first island
   std::vector<Real> speeds;             // m/s, the fastest of a group, likewise
-  std::vector<std::uint64_t> keys;      // of contacts: group and number
-  std::vector<std::uint32_t> order;     // of contacts
-  std::vector<std::uint32_t> index;     // of a body in its group, by slot
+  std::vector<Real> creeping;        // bodies of a heap that creep beyond those that may, likewise
+  std::vector<std::uint64_t> keys;   // of contacts: group and number
+  std::vector<std::uint32_t> order;  // of contacts
+  std::vector<std::uint32_t> index;  // of a body in its group, by slot
   std::vector<Range> groups;
   std::vector<GroupBody> bodies;
   std::vector<GroupContact> contacts;

@@ -19,18 +19,20 @@ constexpr Real kSettled = 5e-4;
 /// this time, s, and so many steps, or for the last time, s.
 constexpr Real kDead = 1e-3, kTimeToSettle = 0.15, kStepsToSettle = 8, kPatience = 3;
 /// In heaps of free bodies it waits for as many times sqrt(size / g), in which a slow fall grows
-/// e-fold, up to this time, s.
+/// e-fold, at least for kPatienceInHeap, s.
 constexpr Real kFolds = 5, kPatienceInHeap = 1;
-/// There bodies may sleep at a speed and a spin this many times larger, as balls without rolling
-/// friction creep for long. One that is not faster than kStirs times that loses as many times the
-/// time that it has been still as it moves.
-constexpr Real kCreepsInHeap = 5, kSpinsInHeap = 10, kStirs = 4, kForgets = 3;
-/// Trees of a group from which on it is a pile: there limbs are slowed before they sleep.
+/// There this fraction of the bodies may creep, as balls without rolling friction do for long: at a
+/// speed this many times larger. One that is not faster than kStirs times that loses as many times
+/// the time that it has been still as it moves. All may spin this many times faster.
+constexpr Real kCreeping = 0.1, kCreeps = 5, kStirs = 4, kForgets = 3, kSpinsInHeap = 10;
+/// Trees of a group from which on it is a pile: there limbs of those that lie on one another are
+/// slowed before they sleep.
 constexpr std::size_t kPile = 4;
 /// What keeps a part of a group awake, flags of its first island: motion, of itself or by what
-/// drives it. Of any island: it may speed up by itself.
+/// drives it. Of any island: it may speed up by itself; it lies on another of several bodies, or
+/// bears it.
 constexpr std::uint8_t kMoves = 1, kUnsettled = 2, kDeep = 4, kAlive = 8, kPowered = 16,
-                       kDriven = 32;
+                       kDriven = 32, kPiled = 64;
 
 /// Whether a body is the first of its island.
 bool is_first(const Group& g, const GroupBody& b) {
@@ -40,13 +42,17 @@ bool is_first(const Group& g, const GroupBody& b) {
 /// s: time for which a body of a heap of free bodies has to be still.
 Real patience_in_heap(const World& world, const Island& a) {
   const Real weight = glm::length(world.gravity);
-  const Real waits = weight > 0 ? kFolds * std::sqrt(a.size / weight) : kPatienceInHeap;
-  return std::clamp(waits, kTimeToSleep, kPatienceInHeap);
+  const Real waits = weight > 0 ? kFolds * std::sqrt(a.size / weight) : kPatience;
+  return std::clamp(waits, kPatienceInHeap, kPatience);
 }
 
 /// Whether a moving surface acts on this contact: it carries bodies along, or slips under them.
 bool bears_moving_surface(const GroupContact& c) {
   return c.passed.x > 0 && (c.surface_first != 0 || c.surface_second != 0);
+}
+
+bool has_limbs(const Group& g, const GroupBody& b) {
+  return b.node != kNoNode && g.trees[g.nodes[b.node].tree].count > 1;
 }
 
 /// The parts of a group: islands that bear one another, or may soon.
@@ -58,7 +64,7 @@ class Parts {
     for (const GroupBody& b : g.bodies) {
       if (b.per_mass == 0 || !is_first(g, b)) continue;
       const Island& a = list[b.island];
-      r_.flags[b.island] = has_power(world, a) ? kPowered : 0;
+      r_.flags[b.island] = has_power(world, a) ? kPowered : 0, r_.creeping[b.island] = 0;
       const Real fall = a.contact_active ? 0 : fall_of(world, a, h);
       fastest = std::max(fastest, speed_bound(world, a) + fall);
     }
@@ -72,6 +78,9 @@ class Parts {
     for (const GroupContact& c : g.contacts) add(g, c);
   }
   std::uint8_t& of(std::uint32_t island) { return r_.flags[r_.sets.root(island)]; }
+  bool is_piled(std::uint32_t island) const { return (r_.flags[island] & kPiled) != 0; }
+  /// In a heap: bodies of the part that creep, beyond those that may.
+  Real& creeping(std::uint32_t island) { return r_.creeping[r_.sets.root(island)]; }
 
  private:
   void add(const Group& g, const GroupContact& c) {
@@ -81,6 +90,8 @@ class Parts {
     if (is_carried || bears_moving_surface(c)) part |= kMoves | kDriven;
     if (!(c.settling <= kSettled * c.shallow)) part |= kUnsettled;
     if (is_deep(c)) part |= kDeep;
+    if (c.passed.x > 0 && has_limbs(g, g.a(c)) && has_limbs(g, b) && g.a(c).island != b.island)
+      r_.flags[g.a(c).island] |= kPiled, r_.flags[b.island] |= kPiled;
   }
   GroupScratch& r_;
 };
@@ -96,7 +107,7 @@ void let_sleep(World& world, const Group& g, Real h) {
   }
   Parts parts(world, g, h);
   const bool is_heap = g.trees.empty() && !g.has_at_most(kFewBodies);
-  const Limbs limbs = g.trees.size() < kPile ? Limbs::sway_a_little : Limbs::sway;
+  const bool is_pile = g.trees.size() >= kPile;
   const Real settling = std::max(kTimeToSettle, kStepsToSettle * h);
   bool rested = false;  // current island; among trees, arms may swing for long
   for (const GroupBody& f : g.bodies) {
@@ -109,14 +120,18 @@ void let_sleep(World& world, const Group& g, Real h) {
     if (drives) part |= kDriven;
     if (is_first(g, f)) {
       a.quiet_time += h;  // unless one of its bodies moves
+      const bool sways = is_pile && parts.is_piled(f.island);
+      const Limbs limbs = sways ? Limbs::sway : Limbs::sway_a_little;
       rested = !g.trees.empty() && has_rested(world, a, h, limbs) && (part & kDeep) == 0;
     }
-    const Real creeps = is_heap ? kCreepsInHeap : 1, spins = is_heap ? kSpinsInHeap : 1;
-    const Real motion = std::max(speed / creeps, spin / (spins * kTurning));
-    if (!a.contact_active || drives || !(motion < kStirs * slow))
+    const Real turning = spin / ((is_heap ? kSpinsInHeap : 1) * kTurning);
+    const bool is_still = std::max(speed, turning) < slow;
+    const Real creep = std::max(speed / kCreeps, turning);
+    if (is_heap) parts.creeping(f.island) += (is_still ? 0 : 1) - kCreeping;
+    if (!a.contact_active || drives || !(is_heap ? creep < kStirs * slow : is_still))
       a.quiet_time = 0;
-    else if (!(motion < slow))
-      a.quiet_time = is_heap ? std::max(Real(0), a.quiet_time - kForgets * h) : 0;
+    else if (is_heap && !(creep < slow))
+      a.quiet_time = std::max(Real(0), a.quiet_time - kForgets * h);
     const bool dead = speed < kDead * slow && spin < kTurning * kDead * slow;
     if (!dead) part |= kAlive;
     const bool settles = dead && (part & kUnsettled) == 0;
@@ -134,9 +149,9 @@ void let_sleep(World& world, const Group& g, Real h) {
     if (f.per_mass == 0 || !is_first(g, f)) continue;
     Island& a = list[f.island];
     const std::uint8_t part = parts.of(f.island);
-    if ((part & kMoves) == 0)
+    if ((part & kMoves) == 0 && !(is_heap && parts.creeping(f.island) > 0))
       fall_asleep(world, a);
-    else if (limbs == Limbs::sway && (part & kDriven) == 0 && !has_power(world, a))
+    else if (is_pile && parts.is_piled(f.island) && (part & kDriven) == 0 && !has_power(world, a))
       slow_limbs(world, a, h);
   }
 }
