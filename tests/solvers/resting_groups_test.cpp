@@ -254,6 +254,7 @@ TEST_CASE("what leans beyond its base falls, and what is on too steep a slope sl
 }
 
 TEST_CASE("a group at rest notices that friction, weight or a force has changed") {
+  const int steps = GENERATE(6, 7);  // forces are found in every other step, else those before hold
   const Real slope = 20 * kPi / 180, g = 9.81;
   const auto stack = [&] {
     Standing s(0.5);
@@ -264,7 +265,7 @@ TEST_CASE("a group at rest notices that friction, weight or a force has changed"
   using Change = void (*)(World&, Entity);
   const auto moved_by = [&](Change change) {
     Simulation sim = stack();
-    for (int i = 0; i < 6; ++i) REQUIRE(sim.step().asleep == 0);
+    for (int i = 0; i < steps; ++i) REQUIRE(sim.step().asleep == 0);
     const Entity top = sim.world.bodies.owners().back();
     const Vec3 from = sim.world.bodies[top].pose.position;
     CHECK(glm::length(from - Vec3(0, 0.45, 0)) < 1e-6);
@@ -276,7 +277,7 @@ TEST_CASE("a group at rest notices that friction, weight or a force has changed"
   const auto way = [&](Real mu) { return 0.125 * g * (std::sin(slope) - mu * std::cos(slope)); };
   CHECK(glm::length(moved_by([](World&, Entity) {})) < 1e-6);
   CHECK(moved_by([](World& w, Entity top) { w.collisions[top].friction = 0.01; }).x ==
-        Approx(way(0.0707)).epsilon(0.15));
+        Approx(way(0.0707)).epsilon(0.02));
   CHECK(moved_by([](World& w, Entity) {
           w.gravity = {0, 9.81, 0};
         }).y == Approx(0.125 * g).epsilon(0.05));

@@ -4,18 +4,12 @@
 #include "engine/pantin/change.hpp"
 #include "engine/world/ties.hpp"
 #include "tests/solvers/exact.hpp"
-#include "tests/solvers/solids.hpp"
+#include "tests/solvers/standing.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
 
 namespace {
-
-Collision rough() {
-  Collision how;
-  how.friction = 0.5, how.others = true;
-  return how;
-}
 
 /// Five balls of 0.1 m side by side on the ground.
 struct Row {

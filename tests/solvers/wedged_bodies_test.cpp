@@ -3,7 +3,7 @@
 
 #include "engine/contact/contact.hpp"
 #include "tests/base/random.hpp"
-#include "tests/solvers/solids.hpp"
+#include "tests/solvers/standing.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
@@ -15,11 +15,10 @@ struct Bin {
   World world;
   Real size;  // m
   std::vector<Entity> bodies;
-  Collision how;
+  Collision how = rough();
   Random random;
 
   Bin(Real of, std::uint64_t seed) : size(of), random(seed) {
-    how.friction = 0.5, how.others = true;
     add_ground(world, how);
     for (const int side : {-1, 1}) {
       add_wall({2.1 * side, 1.5, 0}, {0.1, 1.5, 2.2});

@@ -46,7 +46,7 @@ Real part(const Group& g, GroupContact& c) {
 /// m: sum of all overlaps beyond shallow ones.
 Real sum_of_overlaps(const Group& g) {
   Real sum = 0;
-  for (GroupContact& c : g.contacts) place(g, c), sum += std::max(Real(0), -c.gap - c.shallow);
+  for (const GroupContact& c : g.contacts) sum += std::max(Real(0), -c.gap - c.shallow);
   return sum;
 }
 
@@ -73,6 +73,7 @@ void part_overlaps(const Group& g, Real h) {
   }
   for (GroupBody& b : g.bodies) b.kept = b.pose;
   part_all(g);
+  for (GroupContact& c : g.contacts) place(g, c);
   const bool is_less = sum_of_overlaps(g) < kWorthwhile * before;
   const auto is_near = [&](const GroupBody& b) {
     return glm::distance(b.pose.position, b.kept.position) <= kPushSpeed * h;

@@ -143,6 +143,11 @@ void prepare_touching(const Group& g);
 /// one would take ever more load.
 void take_up(const Group& g, const Substep& s, Real h);
 
+/// Whether the body has joints to others that move.
+inline bool has_joints(const Group& g, const GroupBody& b) {
+  return b.node != kNoNode && g.trees[g.nodes[b.node].tree].count > 1;
+}
+
 /// Whether an overlap is so deep that it is still being parted.
 inline bool is_deep(const GroupContact& c) { return c.gap < -c.shallow - c.rest; }
 /// At the end of a step of h seconds, with `centre` and gaps of the final poses: parts deep

@@ -135,10 +135,7 @@ Real closing_speed(const Group& g, const GroupContact& c) {
 /// Whether one of the bodies has joints. Shallow overlaps of such bodies stay: joints could not
 /// follow if each point were separated at its own speed.
 bool is_joined(const Group& g, const GroupContact& c) {
-  const auto has_joints = [&](const GroupBody& b) {
-    return b.node != kNoNode && g.trees[g.nodes[b.node].tree].count > 1;
-  };
-  return has_joints(g.a(c)) || has_joints(g.b(c));
+  return has_joints(g, g.a(c)) || has_joints(g, g.b(c));
 }
 
 /// m/s: at which the convex problem separates a contact that does not hold, at this speed.

@@ -51,10 +51,6 @@ bool bears_moving_surface(const GroupContact& c) {
   return c.passed.x > 0 && (c.surface_first != 0 || c.surface_second != 0);
 }
 
-bool has_limbs(const Group& g, const GroupBody& b) {
-  return b.node != kNoNode && g.trees[g.nodes[b.node].tree].count > 1;
-}
-
 /// The parts of a group: islands that bear one another, or may soon.
 class Parts {
  public:
@@ -90,7 +86,7 @@ class Parts {
     if (is_carried || bears_moving_surface(c)) part |= kMoves | kDriven;
     if (!(c.settling <= kSettled * c.shallow)) part |= kUnsettled;
     if (is_deep(c)) part |= kDeep;
-    if (c.passed.x > 0 && has_limbs(g, g.a(c)) && has_limbs(g, b) && g.a(c).island != b.island)
+    if (c.passed.x > 0 && has_joints(g, g.a(c)) && has_joints(g, b) && g.a(c).island != b.island)
       r_.flags[g.a(c).island] |= kPiled, r_.flags[b.island] |= kPiled;
   }
   GroupScratch& r_;

@@ -112,8 +112,8 @@ int substeps_of_free(const Group& g, Real h) {
 /// steps impulses are forces.
 bool has_towers(const Group& g) {
   const auto is_stacked = [&](const GroupBody& b) {
-    const bool joined = b.node != kNoNode && g.trees[g.nodes[b.node].tree].count > 1;
-    return b.per_mass > 0 && !joined && glm::dot(b.velocity, b.velocity) < kPileSpeed * kPileSpeed;
+    return b.per_mass > 0 && !has_joints(g, b) &&
+           glm::dot(b.velocity, b.velocity) < kPileSpeed * kPileSpeed;
   };
   const auto weight_of = [](const GroupBody& b) {
     return glm::length(b.acceleration) / b.per_mass;
