@@ -3,7 +3,9 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
+#include "engine/pantin/change.hpp"
 #include "engine/pantin/measure.hpp"
+#include "engine/pantin/must.hpp"
 #include "tests/runtime/puppets.hpp"
 #include "tests/solvers/trees.hpp"
 
@@ -257,4 +259,40 @@ TEST_CASE("one of a crowd that changes goes on as it would alone") {
   const Body together = run(-1), alone = run(2);
   CHECK(together.pose.position == alone.pose.position);
   CHECK(together.velocity == alone.velocity);
+}
+
+TEST_CASE("one of a crowd goes on as alone when a change leaves its structure as it was") {
+  using Edit = void (*)(World&, Entity);
+  const std::pair<const char*, Edit> edits[] = {
+      {"drag", [](World& w, Entity e) { must(set_drag(w, e, 0.3)); }},
+      {"gravity scale", [](World& w, Entity e) { must(set_gravity_scale(w, e, 0.5)); }},
+      {"the same mass", [](World& w, Entity e) { must(set_mass(w, e, w.bodies[e].mass)); }},
+      {"a Collision", [](World& w, Entity e) { must(set_collision(w, e, Collision{})); }},
+      {"the same settings", [](World& w, Entity e) { w.settings.add(e, w.default_settings); }},
+      {"the same body", [](World& w, Entity e) { w.bodies.add(e, Body(w.bodies[e])); }},
+  };
+  World ball;
+  ball.add_body({});
+  const std::pair<const char*, World> structures[] = {
+      {"body", ball}, {"tree", tree(false, false, 0.1)}, {"puppet", hung_puppet(0.02)}};
+  constexpr int kEdited = 3;
+  for (const auto& [structure, one] : structures)
+    for (const auto& [what, edit] : edits) {
+      CAPTURE(structure, what);
+      const std::size_t count = one.bodies.size();
+      Simulation together(copies_of(one, 2), {1.0 / 60});
+      Simulation alone(copies_of(one, 2, kEdited), {1.0 / 60});
+      for (int i = 0; i < 40; ++i) {
+        if (i == 20)
+          edit(together.world, together.world.bodies.owners()[(kEdited + 1) * count - 1]);
+        if (i == 20) edit(alone.world, alone.world.bodies.owners().back());
+        CHECK(together.step().status == alone.step().status);
+      }
+      for (std::size_t i = 0; i < count; ++i) {
+        const Body &a = alone.world.bodies.values()[i],
+                   &b = together.world.bodies.values()[kEdited * count + i];
+        CHECK(a.pose.position == b.pose.position);
+        CHECK(a.velocity == b.velocity);
+      }
+    }
 }

@@ -266,7 +266,6 @@ void find_crowds(const World& world, Islands& all) {
   crowd.is_known = true, crowd.unsorted = 0;
   std::vector<std::uint64_t> hashes(all.list.size(), 0);
   for (std::uint32_t i = 0; i < all.list.size(); ++i) {
-    all.list[i].in_crowd = false;
     if (!fits_lanes(all.list[i])) continue;
     crowd.order.push_back({i, 0}), hashes[i] = shape_of(world, all.list[i]);
   }
@@ -380,13 +379,14 @@ void step_crowds(World& world, const StepTask& task) {
   CrowdScratch& crowd = all.crowd;
   crowd.steps.clear();
   const std::vector<std::uint32_t>& awake = rest_lists(world).awake;
+  // Also of islands that have left their batch since: nobody else would step them.
+  for (const std::uint32_t i : awake) all.list[i].in_crowd = false;
   if (crowd.order.empty() || awake.empty()) return;
   crowd.is_awake.assign(all.list.size(), 0);
   for (const std::uint32_t i : awake) crowd.is_awake[i] = 1;
   for (const auto& [island, shape] : crowd.order) {
     if (!crowd.is_awake[island]) continue;
     Island& a = all.list[island];
-    a.in_crowd = false;
     if (a.asleep || a.step == 0 || a.in_group || a.forced || !a.conserves || !a.finite) continue;
     // A cable's compliance may have been changed.
     const std::vector<LaneTies::Tie>& ties = crowd.shapes[shape].ties;
