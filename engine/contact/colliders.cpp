@@ -147,6 +147,17 @@ bool bound_shape(ColliderShape& at) {
   return at.extent < kFarthest || is_unbounded(at.shape->kind);
 }
 
+bool look_up(const World& world, const RestingColliders& resting, ColliderShape& at) {
+  if (!resting.knows(at.slot)) return false;
+  const Collision* collision = nullptr;
+  const Shapes* shapes = shapes_at(world, at.slot, collision);
+  if (!shapes || at.index >= shapes->list.size() || !is_usable(shapes->list[at.index]) ||
+      collision->sensor)
+    return false;
+  at.shape = &shapes->list[at.index];
+  return true;
+}
+
 Real Finder::reach_of(std::uint32_t slot) const { return std::max(Real(0), reach[slot]); }
 
 bool Finder::is_moved(std::uint32_t slot) const { return feels_contacts(partition, slot); }

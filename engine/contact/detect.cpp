@@ -126,44 +126,18 @@ void collide_obstacles(const Swept& with, PointSearch& at, const ColliderShape& 
                               [&](std::uint32_t i) { collide_with(search.obstacles.shapes[i]); });
 }
 
-/// Looks up the current shape of a resting collider. False if it no longer exists.
-bool look_up(const SweptSearch& s, const Search& search, ColliderShape& at) {
-  if (!search.resting.knows(at.slot)) return false;
-  const Entity e = s.world.bodies.owners()[at.slot];
-  const Shapes* shapes = s.world.shapes.find(e);
-  const Collision* collision = s.world.collisions.find(e);
-  if (!shapes || at.index >= shapes->list.size() || !is_usable(shapes->list[at.index]) ||
-      !collision || collision->sensor)
-    return false;
-  at.shape = &shapes->list[at.index];
-  return true;
-}
-
-/// Calls `take(shape)` for each resting shape near a box.
-template <class Take>
-void each_resting(const Swept& with, const Aabb& near, const Take& take) {
-  const SweptSearch& s = with.s;
-  const Search& search = with.search;
-  const auto give = [&](ColliderShape at) {
-    if (look_up(s, search, at)) take(at);
-  };
-  for (const ColliderShape& at : search.resting.obstacles.unbounded) give(at);
-  search.resting.obstacles.tree.query(
-      near, [&](std::uint32_t i) { give(search.resting.obstacles.shapes[i]); });
-}
-
 /// Collides a shape of a body that a solver moves with resting colliders.
 void collide_resting(const Swept& with, PointSearch& at, const ColliderShape& a) {
   const SweptSearch& s = with.s;
   const Search& search = with.search;
-  each_resting(with, a.box.grown(s.reach_if_struck(a.slot) + kContactSlop * a.extent),
-               [&](const ColliderShape& b) {
-                 const bool both = s.is_moved(b.slot);
-                 if (both && !asked_for(s, a.slot, b.slot)) return;
-                 if (!may_collide(s, search, a.slot, b.slot)) return;
-                 const bool turned = both && is_first(s, b.slot, a.slot);
-                 collide_shapes(with, at, turned ? b : a, turned ? a : b);
-               });
+  const Aabb near = a.box.grown(s.reach_if_struck(a.slot) + kContactSlop * a.extent);
+  each_resting(s.world, search.resting, near, [&](const ColliderShape& b) {
+    const bool both = s.is_moved(b.slot);
+    if (both && !asked_for(s, a.slot, b.slot)) return;
+    if (!may_collide(s, search, a.slot, b.slot)) return;
+    const bool turned = both && is_first(s, b.slot, a.slot);
+    collide_shapes(with, at, turned ? b : a, turned ? a : b);
+  });
 }
 
 /// Collides a moving obstacle with sleeping bodies.
@@ -173,11 +147,11 @@ void strike_resting(const Swept& with, PointSearch& at, const ColliderShape& b) 
   if (s.rests(b.slot)) return;
   const bool bounded = !is_unbounded(b.shape->kind);
   const Aabb everywhere{Vec3(-1e300), Vec3(1e300)};
-  each_resting(with, bounded ? b.box.grown(s.reach_of(b.slot)) : everywhere,
-               [&](const ColliderShape& a) {
-                 if (s.is_moved(a.slot) && may_collide(s, search, a.slot, b.slot))
-                   collide_shapes(with, at, a, b);
-               });
+  const Aabb near = bounded ? b.box.grown(s.reach_of(b.slot)) : everywhere;
+  each_resting(s.world, search.resting, near, [&](const ColliderShape& a) {
+    if (s.is_moved(a.slot) && may_collide(s, search, a.slot, b.slot))
+      collide_shapes(with, at, a, b);
+  });
 }
 
 /// Calls `find(i, at)` for each i below `count` on the threads of the search, and appends what they
@@ -427,7 +401,9 @@ void detect(World& world, const SearchTask& task) {
   for (std::size_t i = 0; i < world.collisions.size(); ++i) {
     if (world.collisions.values()[i].surface_velocity == Vec3(0)) continue;
     const std::uint32_t slot = world.bodies.slot(world.collisions.owners()[i]);
-    if (slot != kNoSlot) scratch.reach[slot] = std::max(scratch.reach[slot], kRunningReach);
+    if (slot == kNoSlot) continue;
+    if (scratch.reach[slot] < 0) scratch.rest_version = 0;  // a sleeper's contacts may drive it now
+    scratch.reach[slot] = std::max(scratch.reach[slot], kRunningReach);
   }
   const auto swap_starts = [&] {
     for (StartPose& start : scratch.starts)

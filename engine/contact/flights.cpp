@@ -4,6 +4,7 @@
 #include "engine/base/invariants.hpp"
 #include "engine/contact/detect.hpp"
 #include "engine/contact/pairs.hpp"
+#include "engine/contact/resting.hpp"
 #include "engine/geometry/kinds.hpp"
 #include "engine/world/partition.hpp"
 #include "engine/world/world.hpp"
@@ -117,21 +118,17 @@ class FlightFinder {
     search_.obstacles.tree.query(box, [&](std::uint32_t k) {
       const ColliderShape& at = search_.obstacles.shapes[k];
       if (!is_kinematic(at.slot))
-        disturb(at, distance_between(still_box(i), at.box));
+        disturb(at, distance_to(i, at));
       else if (may_collide(s_, search_, slot, at.slot))
         link(i, node_of(k));
     });
     for (const ColliderShape& at : search_.obstacles.unbounded) disturb(at, distance_to(i, at));
-    const RestingColliders& resting = search_.resting;
-    resting.obstacles.tree.query(box, [&](std::uint32_t k) {
-      const ColliderShape& at = resting.obstacles.shapes[k];
-      if (resting.knows(at.slot)) disturb(at, distance_between(still_box(i), at.box));
-    });
-    for (const ColliderShape& at : resting.obstacles.unbounded)
-      if (resting.knows(at.slot)) disturb(at, distance_to(i, at));
+    each_resting(s_.world, search_.resting, box,
+                 [&](const ColliderShape& at) { disturb(at, distance_to(i, at)); });
   }
-  /// m, to an unbounded shape: a plane, or another, which may be anywhere.
+  /// m; 0 to an unbounded shape, which may be anywhere, unless it is a plane.
   Real distance_to(std::uint32_t i, const ColliderShape& at) const {
+    if (!is_unbounded(at.shape->kind)) return distance_between(still_box(i), at.box);
     if (traits_of(at.shape->kind).shape_class != ShapeClass::half_space) return 0;
     const Vec3 up = at.pose.rotation * Vec3(0, 1, 0);
     const Aabb box = still_box(i);

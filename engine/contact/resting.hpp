@@ -48,7 +48,22 @@ void release_resting(Memory& memory, const Wakes& wakes) {
 /// rest (colliders.cpp).
 void renumber_resting(const World& world, RestingColliders& resting);
 
-/// The same for the filters that the next function compares.
+/// Sets the current shape of a collider at rest. False if its body rests no longer, or has lost the
+/// shape or its Collision (colliders.cpp).
+bool look_up(const World& world, const RestingColliders& resting, ColliderShape& at);
+
+/// Calls `take(shape)` for each collider at rest that is near a box.
+template <class Take>
+void each_resting(const World& world, const RestingColliders& resting, const Aabb& near,
+                  const Take& take) {
+  const auto give = [&](ColliderShape at) {
+    if (look_up(world, resting, at)) take(at);
+  };
+  for (const ColliderShape& at : resting.obstacles.unbounded) give(at);
+  resting.obstacles.tree.query(near, [&](std::uint32_t i) { give(resting.obstacles.shapes[i]); });
+}
+
+/// After such a build: renumbers the filters that the next function compares.
 void renumber_filters(const World& world, std::vector<CollisionFilter>& filters);
 
 /// Whether any CollisionFilter has changed since the last call. Those that came since have not.
