@@ -8,6 +8,8 @@
 #include "engine/geometry/skin_model.hpp"
 #include "engine/geometry/surface.hpp"
 #include "engine/pantin/detail/checks.hpp"
+#include "engine/pantin/detail/touching.hpp"
+#include "engine/runtime/requests.hpp"
 
 namespace pantin {
 
@@ -199,6 +201,19 @@ void check(const MaterialPair& pair, Findings& findings) {
   if (pair.spinning) findings.not_negative("spinning", *pair.spinning);
 }
 
+/// Wakes bodies that touch with shapes of the two materials: they may slide now.
+void wake_touching(World& world, const MaterialPair& pair) {
+  const auto has = [&](Entity body, std::uint32_t material) {
+    const Shapes* shapes = world.shapes.find(body);
+    return shapes && std::any_of(shapes->list.begin(), shapes->list.end(),
+                                 [&](const Shape& s) { return s.material == material; });
+  };
+  each_touching(world, [&](Entity a, Entity b) {
+    if ((has(a, pair.a) && has(b, pair.b)) || (has(a, pair.b) && has(b, pair.a)))
+      rouse(world, a), rouse(world, b);
+  });
+}
+
 }  // namespace
 
 Result<std::uint32_t> add_to(World& world, const MaterialPair& pair) {
@@ -206,6 +221,7 @@ Result<std::uint32_t> add_to(World& world, const MaterialPair& pair) {
   check(pair, findings);
   if (!findings.ok()) return findings.take();
   world.material_pairs.push_back(pair);
+  wake_touching(world, pair);
   return static_cast<std::uint32_t>(world.material_pairs.size() - 1);
 }
 

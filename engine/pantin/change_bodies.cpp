@@ -2,10 +2,10 @@
 #include <algorithm>
 #include <pantin/change.hpp>
 
-#include "engine/contact/contact.hpp"
 #include "engine/contact/detect.hpp"
 #include "engine/geometry/kinds.hpp"
 #include "engine/pantin/detail/checks.hpp"
+#include "engine/pantin/detail/touching.hpp"
 #include "engine/runtime/requests.hpp"
 
 namespace pantin {
@@ -16,12 +16,9 @@ namespace {
 
 /// Wakes bodies that were in contact with a body in the last step.
 void wake_touching(World& world, Entity body) {
-  each_contact(world, [&](const Contact& c) {
-    const std::uint32_t a = world.bodies.slot_now(c.slot_a), b = world.bodies.slot_now(c.slot_b);
-    if (std::max(a, b) >= world.bodies.size()) return;
-    const Entity on_a = world.bodies.owners()[a], on_b = world.bodies.owners()[b];
-    if (on_a == body) wake(world, on_b);
-    if (on_b == body) wake(world, on_a);
+  each_touching(world, [&](Entity a, Entity b) {
+    if (a == body) wake(world, b);
+    if (b == body) wake(world, a);
   });
 }
 

@@ -128,7 +128,8 @@ struct RigidBody {
 Result<Entity> add_to(World& world, const RigidBody& body);
 
 /// Adds the properties of a pair of materials; returns its index in World::material_pairs. An error
-/// if a material does not exist, the pair exists already, or a number is invalid.
+/// if a material does not exist, the pair exists already, or a number is invalid. Bodies that touch
+/// with the two materials wake.
 Result<std::uint32_t> add_to(World& world, const MaterialPair& pair);
 
 }  // namespace pantin

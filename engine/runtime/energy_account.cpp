@@ -126,8 +126,13 @@ void EnergyAccount::compile(const World& world) {
   std::size_t roots = 0;  // the number of groups only decreases
   for (std::uint32_t i = 0; i < count; ++i) roots += sets_.root(i) == i;
   moving_.reserve(roots);
+  // A length that was changed along with the structure is seen by leave_out().
+  const std::vector<CableState> before = std::exchange(cables_, {});
   cables_.resize(world.cables.size());
   for (std::uint32_t i = 0; i < cables_.size(); ++i) cables_[i] = state_of(world, i);
+  for (const CableState& was : before)
+    if (const std::uint32_t i = world.cables.slot(was.cable); i != kNoSlot)
+      cables_[i].length = was.length;
   list_stores(world, stores_);
   built_for_ = world.structure(), is_new_ = true;
 }
@@ -354,12 +359,13 @@ void EnergyAccount::leave_out(const World& world) {
 
 EnergyAccount::CableState EnergyAccount::state_of(const World& world, std::uint32_t cable) {
   const Cable& c = world.cables.values()[cable];
+  const Entity own = world.cables.owners()[cable];
   const Body *a = world.bodies.find(c.a), *b = world.bodies.find(c.b);
-  if (!a || !b || c.joint.compliance > 0 || !c.guides.empty()) return {c.joint.length};
+  if (!a || !b || c.joint.compliance > 0 || !c.guides.empty()) return {own, c.joint.length};
   const Vec3 on_a = to_world(a->pose, c.joint.anchor_a), on_b = to_world(b->pose, c.joint.anchor_b);
   const Real span = glm::length(on_b - on_a);
   const Vec3 along = span > 0 ? (on_b - on_a) / span : Vec3(0);
-  return {c.joint.length, glm::dot(along, velocity_at(*b, on_b) - velocity_at(*a, on_a))};
+  return {own, c.joint.length, glm::dot(along, velocity_at(*b, on_b) - velocity_at(*a, on_a))};
 }
 
 /// A cable that becomes taut dissipates half of its impulse times the separation speed that ends,

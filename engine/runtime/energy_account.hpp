@@ -183,6 +183,7 @@ class EnergyAccount {
   std::vector<Hold> holds_;
   /// The state of a cable.
   struct CableState {
+    Entity cable;
     Real length = 0;  // m, length at which it is taut
     Real rate = 0;    // m/s, separation speed of its ends
   };
