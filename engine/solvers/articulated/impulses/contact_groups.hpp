@@ -422,9 +422,10 @@ ActuatedAxis actuated_axis_of(const GroupNode& n, Quat own, Quat parent);
 
 /// Whether only weight and moving obstacles can add energy to the group.
 bool is_left_alone(const Group& g);
-/// J: work of moving surfaces and kinematic bodies, by impulses of a substep or step; at least 0.
-Real work_of_surfaces(const Group& g, Vec3 GroupContact::*impulse = &GroupContact::impulse);
-/// J: energy that springs and elastic cables store at the present poses.
+/// J: work of moving surfaces and kinematic bodies, by impulses of a substep or step; at least 0,
+/// and at most that of a blow to all bodies, of kinetic energy `before`.
+Real work_of_surfaces(const Group& g, Real before, Vec3 GroupContact::*by = &GroupContact::impulse);
+/// J: energy that springs and elastic cables store.
 Real elastic_energy(const Group& g);
 /// J: kinetic energy of the bodies' own velocities, between substeps.
 Real energy_of_bodies(const Group& g);

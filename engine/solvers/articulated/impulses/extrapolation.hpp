@@ -7,7 +7,8 @@
 /// times their last change, to the limit of that mode, and projected to Coulomb's cones. [Aitken
 /// 1926] Where r is near 1, as between masses of 1 and 1,000, its distance from 1 is too uncertain:
 /// there the impulses move along their last change to the least kinetic energy, exactly. Not of a
-/// body alone, which walls that close may jam.
+/// body alone, which walls that close may jam. Between walls that approach each other the impulses
+/// have no limit: there the sweeps alone act.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -34,7 +35,8 @@ class Extrapolation {
     const bool is_steady = std::abs(ratio - ratio_) < kSteady * ratio;
     const bool is_sound =
         ratio > kSlow && ratio < (substep_.alone ? kStill : 1) && most < extrapolated_at_;
-    const bool extrapolates = is_steady && is_sound && sweeps_ < last_extrapolation_;
+    const bool extrapolates = is_steady && is_sound && sweeps_ < last_extrapolation_ &&
+                              (substep_.alone || closing_speed_of_walls(g_, substep_) == 0);
     const Real by = !extrapolates ? 0 : ratio < kStill ? ratio / (1 - ratio) : least_energy();
     for (std::size_t i = 0; i < g_.contacts.size(); ++i) {
       GroupContact& c = g_.contacts[i];

@@ -9,6 +9,15 @@ namespace {
 /// Tolerated gain, as a fraction of the energy of a substep.
 constexpr Real kEnergyRounding = 1e-9;
 
+/// J: what a wall that moves at this speed, m/s, gives to the whole group in an elastic impact: it
+/// reflects bodies of this kinetic energy. Impulses of walls that close on bodies have no bound.
+Real most_work_of_blow(const Group& g, Real before, Real speed) {
+  Real mass = 0;
+  for (const GroupBody& b : g.bodies)
+    if (b.per_mass > 0) mass += 1 / b.per_mass;
+  return 2 * speed * (mass * speed + std::sqrt(2 * mass * std::max(Real(0), before)));
+}
+
 }  // namespace
 
 bool is_left_alone(const Group& g) {
@@ -24,15 +33,19 @@ bool is_left_alone(const Group& g) {
                      [&](const GroupTie& t) { return !t.is_reeled && rests(t.a) && rests(t.b); });
 }
 
-Real work_of_surfaces(const Group& g, Vec3 GroupContact::*impulse) {
-  Real sum = 0;
+Real work_of_surfaces(const Group& g, Real before, Vec3 GroupContact::*by) {
+  Real sum = 0, led = 0, fastest = 0;
   for (const GroupContact& c : g.contacts) {
-    const Vec3 passed = c.*impulse;
+    const Vec3 passed = c.*by;
     sum -= passed.y * c.surface_first + passed.z * c.surface_second;
     const GroupBody& b = g.b(c);
-    if (b.per_mass == 0) sum += glm::dot(to_world(c, passed), speed_at(b, c.arm_b));
+    if (b.per_mass > 0) continue;
+    const Vec3 speed = speed_at(b, c.arm_b);
+    led += glm::dot(to_world(c, passed), speed);
+    if (passed.x > 0) fastest = std::max(fastest, glm::length(speed));
   }
-  return std::max(Real(0), sum);
+  if (led > 0) led = std::min(led, most_work_of_blow(g, before, fastest));
+  return std::max(Real(0), sum + led);
 }
 
 Real elastic_energy(const Group& g) {

@@ -20,7 +20,7 @@ void turn_inertia(GroupBody& b, Real h) {
 /// bodies did not converge, as between masses of 1 and 1,000, and added more, they begin again from
 /// zero, with responses that are symmetric: then each of them removes energy.
 void keep_energy_of_few(const Group& g, const Substep& s, Sweep sweep, Real before) {
-  Real allowed = (1 + kSlightGain) * before + work_of_surfaces(g);
+  Real allowed = (1 + kSlightGain) * before + work_of_surfaces(g, before);
   for (const GroupBody& b : g.bodies)
     if (sweep == Sweep::solves && b.per_mass > 0) allowed += kPushSpeed * kPushSpeed / b.per_mass;
   if (kinetic_energy(g) <= allowed) return;
@@ -53,10 +53,11 @@ void take_hard_substep(const Group& g, const Substep& s, Order order) {
     if (sweep == Sweep::relaxes) scale_impulses(g, 2);  // add those before the move
     Ending ending(g, s);
     Extrapolation extrapolation(g, s, sweep);
+    const int looks_at = s.alone ? s.most_sweeps : std::min(s.most_sweeps, kHardSweeps);
     bool ends = false;
     for (int n = 0; n < s.most_sweeps && !ends; ++n) {
       const Real most = sweep_group(g, s, sweep, turned(order, n));
-      const bool jams = n + 1 == (s.alone ? s.most_sweeps : kHardSweeps) && is_jammed(g, s, most);
+      const bool jams = n + 1 == looks_at && is_jammed(g, s, most);
       jammed = jammed || jams;
       ends = jams || ending.is_reached(most);
       if (!ends) extrapolation.follow(most);

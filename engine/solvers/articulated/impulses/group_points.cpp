@@ -190,13 +190,18 @@ Goal goal_of(const GroupContact& c, const Softness& spring, const Substep& s, Sw
   return {speed, speed, s.hard ? Softness{} : spring};
 }
 
-bool is_jammed(const Group& g, const Substep& s, Real change) {
+Real closing_speed_of_walls(const Group& g, const Substep& s) {
   const auto bears = [&](const GroupContact& c) { return c.impulse.x > 0 && g.is_fixed(c); };
   Real closing = 0;
   for (const GroupContact& c : g.contacts)
     for (const GroupContact& d : g.contacts)
       if (bears(c) && bears(d) && glm::dot(c.axes[0], d.axes[0]) < 0)
         closing = std::max(closing, asked_speed(g, c, s) + asked_speed(g, d, s));
+  return closing;
+}
+
+bool is_jammed(const Group& g, const Substep& s, Real change) {
+  const Real closing = closing_speed_of_walls(g, s);
   return closing > 0 && change > kJammed * closing;
 }
 

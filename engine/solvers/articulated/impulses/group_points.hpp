@@ -117,6 +117,9 @@ class Blow {
   BlowPoint points_[kMostPoints];
   std::size_t count_ = 0;
 };
+/// m/s: the fastest at which fixed or kinematic bodies approach each other that bear against the
+/// group from opposite sides, with the speed at which overlaps with them are separated. 0: none do.
+Real closing_speed_of_walls(const Group& g, const Substep& s);
 /// Whether sweeps that ended with this change of speed, m/s, cannot converge: kinematic bodies or
 /// overlaps require a body to move in opposite directions.
 bool is_jammed(const Group& g, const Substep& s, Real change);

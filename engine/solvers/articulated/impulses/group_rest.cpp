@@ -53,8 +53,10 @@ constexpr Exactness kAtRest{.compliance = kRestCompliance,
               .liftings = 3};
 /// Lifts of less than this fraction of the sliding need no correction.
 constexpr Real kLiftedOfSliding = 1e-3;
-/// Corrections of the compliance, at most.
+/// Corrections of the compliance, at most; a load that sinks by this part of what it did before one
+/// is not helped by another.
 constexpr int kHardenings = 8;
+constexpr Real kStillSinks = 0.5;
 /// Multiples of a shallow overlap: deeper ones are left to sweeps, which separate them faster.
 constexpr Real kDeep = 2;
 /// Largest speed that closes an overlap, sizes of a body per second; overlap that stays, in sizes
@@ -199,7 +201,7 @@ bool begin_contacts(const Group& g, const Task& task) {
     Real response = 0;
     for (const Vec3& axis : c.axes)
       response += glm::dot(axis, response_of(pair, arms_of(c), axis)) / 3;
-    r.compliance = task.exactness().compliance * response;
+    r.compliance = task.exactness().compliance * response, r.sank = 0;
     const Real size = size_of(g.a(c));
     const Real stays =
         is_joined(g, c) ? sunk * std::min(c.shallow, kSunkJoined * size) : kSunk * size;
@@ -278,14 +280,16 @@ bool settle_lifts(const Group& g, const Task& task, Search& s) {
   }
 }
 
-/// Reduces the compliance under heavy loads on light bodies. Whether there are any.
+/// Reduces the compliance under heavy loads on light bodies. Whether there are any. Where walls
+/// close on a body a point yields as fast however stiff it is: it stays as it is.
 bool harden(const Group& g, const Search& s) {
   const Real most = s.exactness.sinks * s.typical;
   bool any = false;
   for (RestContact& r : g.rest_contacts) {
     const Real sinks = r.compliance * r.cone.impulse.x;
     if (!r.near || !(sinks > most) || most == 0) continue;
-    r.compliance *= 0.5 * most / sinks, any = true;
+    if (r.sank > 0 && sinks > kStillSinks * r.sank) continue;
+    r.sank = sinks, r.compliance *= 0.5 * most / sinks, any = true;
   }
   return harden_links(g, most) || any;
 }
@@ -411,22 +415,22 @@ void relax(const Group& g, Real h, Search& s) {
 /// points and lifts that were not corrected may add some.
 void limit_energy(const Group& g) {
   if (!is_left_alone(g)) return;
-  Real allowed = work_of_surfaces(g);
+  Real free = 0;
   for (std::size_t i = 0; i < g.resting.size(); ++i) {
     const RestBody& r = g.resting[i];
-    allowed += 0.5 * (glm::dot(r.free.force, r.free.force) / g.bodies[i].per_mass +
-                      glm::dot(r.free.torque, r.inertia * r.free.torque));
+    free += 0.5 * (glm::dot(r.free.force, r.free.force) / g.bodies[i].per_mass +
+                   glm::dot(r.free.torque, r.inertia * r.free.torque));
   }
-  slow_bodies(g, energy_of_bodies(g), allowed);
+  slow_bodies(g, energy_of_bodies(g), free + work_of_surfaces(g, free));
 }
 
-/// Impacts are not replayed: between substeps, no impulse is larger than the weight of all bodies
-/// can press.
+/// Impacts, and what walls press that close on bodies, are not replayed: between substeps, no
+/// impulse is larger than the weight of all bodies can press.
 void forget_impacts(const Group& g, Real h) {
-  constexpr Real kLeast = 1e-6;  // it still acts
-  const Real most = h * whole_weight(g.bodies);
+  constexpr Real kLeast = 1e-30;  // N s: it still acts
+  const Real most = std::max(h * whole_weight(g.bodies), kLeast);
   for (GroupContact& c : g.contacts)
-    if (c.impulse.x > most) c.impulse *= std::max(most / c.impulse.x, kLeast);
+    if (c.impulse.x > most) c.impulse *= most / c.impulse.x;
 }
 
 /// m/s: of what bears the group, or of its mass centre.

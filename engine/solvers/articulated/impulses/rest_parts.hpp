@@ -53,6 +53,7 @@ struct RestContact {
   bool near = false;
   bool may_press = false, presses = false;  // predicted active; so in the first iteration
   Real compliance = 0;                      // 1/kg
+  Real sank = 0;                            // m/s, by the load, when that was last reduced
   Real lift = 0;                            // m/s, of `goal`: see settle_lifts()
   Real kept_compliance = 0, kept_lift = 0;  // see keep_found()
   Vec3 goal{0}, speed{0}, change{0};        // m/s, of a's point relative to b's

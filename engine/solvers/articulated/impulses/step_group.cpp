@@ -115,7 +115,7 @@ bool is_blow(const Group& g, const Substep& s) {
 /// springs and elastic cables have stored in the substep is lost to the motion.
 void keep_energy(const Group& g, const Substep& s, Real before) {
   const Real stored = elastic_energy(g);
-  const auto allowed = [&] { return before + work_of_surfaces(g) - stored; };
+  const auto allowed = [&] { return before + work_of_surfaces(g, before) - stored; };
   if (kinetic_energy(g) <= (1 + kSlightGain) * allowed()) return bound_energy(g, allowed());
   forget_impulses(g);
   for (int n = 0; n < kSweepsFromNone; ++n)
@@ -401,7 +401,7 @@ Rest step_group(const Group& g, Real h, Pace& pace) {
   if (is_bound && (is_bouncing(g) || has_cables(g)))
     slow_bodies(g, energy_of_bodies(g),
                 energy - elastic_energy(g) + work_of_external_forces(g) +
-                    work_of_surfaces(g, &GroupContact::passed));
+                    work_of_surfaces(g, energy, &GroupContact::passed));
   finish_group(g, h);
   change_length(g, 1 / s.h);
   return rest;

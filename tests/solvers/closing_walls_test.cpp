@@ -1,0 +1,89 @@
+// What kinematic bodies crush is not thrown: their impulses have no limit, their speed has.
+#include <catch2/catch.hpp>
+
+#include "engine/pantin/figures.hpp"
+#include "engine/pantin/measure.hpp"
+#include "engine/pantin/must.hpp"
+#include "tests/base/random.hpp"
+#include "tests/solvers/solids.hpp"
+
+using namespace pantin;
+using namespace pantin::detail;
+using namespace pantin::test;
+
+namespace {
+
+constexpr Real kStep = 1.0 / 60;
+
+enum class What { boxes, balls, rods, mixture };
+
+Shape shape_of(What what, int i, Random& dice) {
+  const auto half = [&] { return dice.between(0.08, 0.12); };
+  if (what == What::mixture) what = static_cast<What>(i % 3);
+  if (what == What::balls) return ball_shape(half());
+  if (what == What::rods) return rod_shape(dice.between(0.05, 0.08), dice.between(0.08, 0.15));
+  const Real x = half(), y = half(), z = half();
+  return box_shape({x, y, z});
+}
+
+struct Fastest {
+  Real speed = 0;    // m/s
+  Real kinetic = 0;  // of all, as a multiple of theirs at the speed of the plate
+};
+
+/// Lets a plate come down on what lies on the ground, until nothing is left of the gap.
+Fastest crush(World w, Real speed) {
+  const Entity plate =
+      add_solid(w, box_shape({2, 0.1, 2}), {{0, 1.6, 0}, kIdentity}, Motion::kinematic);
+  Simulation sim(std::move(w));
+  for (int i = 0; i < 120; ++i) sim.step();
+  Real mass = 0;
+  for (const Body& b : sim.world.bodies.values())
+    if (b.motion == Motion::dynamic) mass += b.mass;
+  Fastest most;
+  const int steps = static_cast<int>(1.5 / speed / kStep);
+  for (int i = 0; i < steps; ++i) {
+    Body& b = sim.world.bodies[plate];
+    b.pose.position.y -= speed * kStep, b.velocity = {0, -speed, 0};
+    CHECK(sim.step().status != Status::diverged);
+    for (const Body& body : sim.world.bodies.values())
+      if (body.motion == Motion::dynamic)
+        most.speed = std::max(most.speed, glm::length(body.velocity));
+    const Real all = 0.5 * mass * speed * speed;
+    most.kinetic = std::max(most.kinetic, measure(sim.world).kinetic / all);
+  }
+  return most;
+}
+
+}  // namespace
+
+TEST_CASE("a plate that crushes a pile throws nothing out of it") {
+  for (const What what : {What::boxes, What::balls, What::rods, What::mixture})
+    for (const std::uint64_t seed : {1, 2, 3})
+      for (const Real speed : {0.5, 2.0}) {
+        World w;
+        add_ground(w);
+        Random dice(seed);
+        for (int i = 0; i < 10; ++i) {
+          const Real x = dice.between(-0.2, 0.2), z = dice.between(-0.2, 0.2);
+          add_solid(w, shape_of(what, i, dice), {{x, 0.15 + 0.12 * i, z}, kIdentity},
+                    Motion::dynamic);
+        }
+        CAPTURE(static_cast<int>(what), seed, speed);
+        const Fastest most = crush(std::move(w), speed);
+        CHECK(most.speed < 8 * speed + 2);
+        CHECK(most.kinetic < 25);
+      }
+}
+
+TEST_CASE("a plate that crushes a ragdoll does not tear or throw it") {
+  for (const Real speed : {0.5, 2.0}) {
+    World w;
+    add_ground(w);
+    must(build_ragdoll(w, RagdollOptions{.position = {0, 0.2, 0}}));
+    CAPTURE(speed);
+    const Fastest most = crush(std::move(w), speed);
+    CHECK(most.speed < 20 * speed);
+    CHECK(most.kinetic < 25);
+  }
+}
