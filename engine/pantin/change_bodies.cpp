@@ -36,6 +36,9 @@ bool may_overlap(const World& world, Entity a, Entity b) {
 
 /// Wakes bodies with which a body collides now but did not before.
 void wake_new_partners(World& world, Entity body, const Collision* before, const Collision& now) {
+  if (before && !before->sensor && before->others == now.others && before->groups == now.groups &&
+      before->with == now.with)
+    return;
   for (std::size_t i = 0; i < world.collisions.size(); ++i) {
     const Entity other = world.collisions.owners()[i];
     if (other == body || !world.bodies.find(other)) continue;

@@ -301,9 +301,9 @@ void renumber_crowds(Islands& all, const Rebuild& rebuild) {
 
 namespace {
 
-/// Islands that a thread steps from start to end before it takes others: few enough to stay in its
-/// cache, many enough to fill the lanes.
-constexpr std::size_t kBlock = 96;
+/// Islands that a thread steps from start to end before it takes others, at most: few enough for
+/// all threads to have some, many enough to fill the lanes.
+constexpr std::size_t kBlock = 128;
 
 /// Steps of islands that no block has begun, for a budget.
 struct Waiting {
@@ -400,9 +400,10 @@ void step_crowds(World& world, const StepTask& task) {
   crowd.going.resize(crowd.steps.size());
   Waiting waiting{0};
   if (task.budget) waiting.weight = all.rates.weight;
-  for_each_island((crowd.steps.size() + kBlock - 1) / kBlock, task, [&](std::size_t i) {
-    const std::size_t first = i * kBlock;
-    step_block(world, task, {first, std::min(kBlock, crowd.steps.size() - first)}, waiting);
+  const std::size_t count = crowd.steps.size(), blocks = (count + kBlock - 1) / kBlock;
+  for_each_island(blocks, task, [&](std::size_t i) {
+    const std::size_t first = i * count / blocks, end = (i + 1) * count / blocks;
+    step_block(world, task, {first, end - first}, waiting);
   });
 }
 
