@@ -133,7 +133,7 @@ Problem make_problem(const World& world, std::span<const Entity> held,
     lagrangian::place_for_inspection(w, part.m, kStep);
     part.m.scratch.poses_only = true;
     part.m.loops = false;  // dependent rows are regularised, and steps are not refined
-    lagrangian::count_turns(w, part.m, lagrangian::CountFrom::nearest);
+    lagrangian::forget_turns(part.m), lagrangian::count_turns(w, part.m);
     for (lagrangian::BlockMemory& memory : part.m.memory) memory.active = true;
     write_rows(w, part.m);
     set_metric(part.m);
@@ -170,7 +170,7 @@ void set_poses(const World& world, Part& part, std::span<const Pose> poses) {
     m.scratch.state.x[b] = poses[b].position, m.scratch.state.q[b] = poses[b].rotation;
   for (lagrangian::BlockMemory& memory : m.memory) memory.active = false;
   lagrangian::update_kinematics(m);
-  lagrangian::count_turns(world, m, lagrangian::CountFrom::nearest);
+  lagrangian::forget_turns(m), lagrangian::count_turns(world, m);
   for (std::size_t i = 0; i < m.blocks.size(); ++i) m.blocks[i].bound = part.bounds[i];
   look(world, part);
 }
@@ -215,9 +215,7 @@ void look_at_residuals(const World& world, Part& part) {
   look_at_rows(world, part, {.c = true, .gamma = false, .jacobian = false});
 }
 
-void count(const World& world, Part& part) {
-  lagrangian::count_turns(world, part.m, lagrangian::CountFrom::last);
-}
+void count(const World& world, Part& part) { lagrangian::count_turns(world, part.m); }
 
 bool counts(const Part& part, std::size_t block) {
   const Block& b = part.m.blocks[block];

@@ -457,7 +457,7 @@ void take_step(Step& s) {
 /// Memory ran out, or a request exceeded all memory. The state of solvers may be inconsistent, so
 /// the next step rebuilds it from the components.
 void abort_step(Step& s) {
-  s.world.memory = {};
+  forget_state(s.world);
   s.report = {};
   s.report.status = Status::aborted;
   s.report.tick = s.world.tick, s.report.time = s.world.time;

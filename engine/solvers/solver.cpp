@@ -103,7 +103,16 @@ void note_build(World& world, Partition& now) {
 
 namespace {
 
+/// The turns that all solvers have counted, sorted.
+TurnCounts counted_turns(const World& world) {
+  TurnCounts counts;
+  for (const SolverRow* solver : kSolvers) solver->list_turns(world, counts);
+  sort(counts);
+  return counts;
+}
+
 void build_all(World& world, Partition& now) {
+  if (now.built_for != 0) now.turns = counted_turns(world);
   const std::vector<StructureFault> strays = drop_strays(world);
   start_drives(world);
   const Scope scope = Scope::all(world);
@@ -111,6 +120,7 @@ void build_all(World& world, Partition& now) {
   now.faults = strays;
   list_faults(world, scope, plans);
   for (std::size_t i = 0; i < kSolverCount; ++i) kSolvers[i]->compile(world, plans[i]);
+  now.turns.clear();
 }
 
 /// Builds what a change of structure concerns; false if all has to be built.
@@ -129,6 +139,19 @@ bool build_changed(World& world) {
 }
 
 }  // namespace
+
+void forget_state(World& world) noexcept {
+  TurnCounts turns;
+  try {
+    turns = counted_turns(world);
+  } catch (...) {
+  }
+  world.memory = {};
+  try {
+    world.memory.of<Partition>().turns = std::move(turns);
+  } catch (...) {
+  }
+}
 
 void compile_if_changed(World& world) {
   // Created in this fixed order, so that the hash does not depend on the order of use.

@@ -40,6 +40,8 @@ struct SolverRow {
   void (*compile)(World&, std::span<const IslandPlan>);
   /// The same for the islands that a change concerns; null: all are packed anew.
   void (*recompile)(World&, const Rebuild&) = nullptr;
+  /// Appends the turns that its joints have counted, before a build.
+  void (*list_turns)(const World&, TurnCounts&) = [](const World&, TurnCounts&) {};
   /// Allocates scratch memory: after compile, and after the World was copied.
   void (*prepare)(World&) = [](World&) {};
 
@@ -104,6 +106,9 @@ extern const SolverRow kRow;
 inline constexpr std::array<const SolverRow*, kSolverCount> kSolvers{
     &quasistatic::kRow, &planar::kRow, &lagrangian::kRow, &articulated::kRow};
 
+/// Forgets the state of all solvers, but for the turns that joints have counted, where there is
+/// memory for them.
+void forget_state(World& world) noexcept;
 /// If the structure changed, finds the islands and compiles them; allocates scratch memory where
 /// needed.
 void compile_if_changed(World& world);

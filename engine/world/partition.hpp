@@ -13,6 +13,7 @@
 #include "engine/world/scope.hpp"
 #include "engine/world/settings.hpp"
 #include "engine/world/solver_list.hpp"
+#include "engine/world/turns.hpp"
 
 namespace pantin {
 struct World;
@@ -64,6 +65,7 @@ struct Partition {
   bool has_open_motors = false;  // a motor waits for its gain: see solvers/motor_gains.hpp
   std::uint64_t built_for = 0;   // World::structure() at the last build; 0: never
   std::uint64_t edit_count = 0;  // World::edit_count at that build
+  TurnCounts turns;              // for the next build, of a step that was aborted
 
   void set_column(std::uint32_t slot, std::uint32_t to) {
     if (!column.empty()) column[slot] = to;
@@ -81,6 +83,7 @@ struct Partition {
     field("has_open_motors", derived(self.has_open_motors));
     field("built_for", derived(self.built_for));
     field("edit_count", derived(self.edit_count));
+    field("turns", self.turns);
   }
 };
 

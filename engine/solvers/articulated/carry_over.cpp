@@ -208,8 +208,20 @@ std::size_t keep_first(World& world, std::span<const IslandPlan> plans, IslandVe
   return kept;
 }
 
+/// Takes over the turns that another solver has counted.
+void take_turns(const World& world, IslandVector& made) {
+  const TurnCounts& counts = partition_of(world).turns;
+  if (counts.empty()) return;
+  for (Island& a : made)
+    for (std::size_t c = 0; c < a.joints.size(); ++c)
+      if (counts_turns(a, c))
+        if (const Real* angle =
+                find_count(counts, world.links.owners()[a.links[c]], Coordinate::angle))
+          a.joint_memory[c].angle = *angle;
+}
+
 void carry_over(World& world, IslandVector& before, IslandVector& made) {
-  carry_memory(before, world, made);
+  take_turns(world, made), carry_memory(before, world, made);
   keep_unchanged(world, before, made);
 }
 

@@ -226,6 +226,7 @@ void store_limits(Island& a, std::size_t c, const StepPart& part);
 void store_joints(World& world, Island& a, const StepPart& part);
 /// Updates the angles of actuated joints, full turns counted, after a step by any method.
 void count_turns(const World& world, Island& a);
+bool counts_turns(const Island& a, std::size_t c);
 /// Whether a spring, friction or a motor acts along the coordinate of a joint.
 bool is_actuated(const PackedJoint& joint);
 const Dof& dof_of(const World& world, const Island& a, std::size_t c);

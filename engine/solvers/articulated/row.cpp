@@ -47,6 +47,16 @@ void adjust_all(World& world, const StepTask& task) {
   note_end(world, task);
 }
 
+void list_turns(const World& world, TurnCounts& counts) {
+  for (const Island& a : islands_of(world))
+    for (std::size_t c = 0; c < a.joints.size(); ++c) {
+      if (!counts_turns(a, c)) continue;
+      const std::uint32_t link = world.links.slot_now(a.links[c]);
+      if (link != kNoSlot)
+        counts.push_back({world.links.owners()[link], Coordinate::angle, a.joint_memory[c].angle});
+    }
+}
+
 bool sleeps(const World& world, std::size_t island) { return islands_of(world)[island].asleep; }
 
 void list_awake(const World& world, std::vector<std::uint32_t>& slots) {
@@ -162,6 +172,7 @@ const SolverRow kRow{.name = "articulated",
                      .feels_contacts = true,
                      .compile = compile,
                      .recompile = recompile,
+                     .list_turns = list_turns,
                      .prepare = prepare,
                      .wake_changed = wake_changed,
                      .predict = predict,

@@ -71,9 +71,10 @@ void carry_on(const World& world, Island& was, Island& m) {
   PANTIN_ASSERT(was.touches.size() == m.touches.size());
   m.touches = was.touches;
   m.memory = was.memory, m.mean_lambda = was.mean_lambda, m.forces = was.forces;
-  m.fresh = was.fresh, m.counted = was.counted;
-  for (std::size_t i = 0; i < m.blocks.size() && m.counted; ++i)
-    if (m.blocks[i].kind == BlockKind::gear && !world.gears.values()[m.blocks[i].source].has_offset)
+  m.fresh = was.fresh, m.loops = m.loops || was.loops;
+  for (std::size_t i = 0; i < m.blocks.size(); ++i)
+    if (m.memory[i].counted && m.blocks[i].kind == BlockKind::gear &&
+        !world.gears.values()[m.blocks[i].source].has_offset)
       m.blocks[i].bound = was.blocks[i].bound;
   for (std::size_t i = 0; i < m.frames.size(); ++i) m.frames[i].begin(was.frames[i].start());
   for (std::size_t i = 0; i < m.joint_forces.size(); ++i)
@@ -85,19 +86,71 @@ void carry_on(const World& world, Island& was, Island& m) {
   if (m.settings == was.settings) m.scratch = std::move(was.scratch);
 }
 
+/// Takes over the turns that joints have counted, by whatever solver. A limit takes a count within
+/// its range only: it holds one revolution.
+void take_turns(const World& world, Island& m) {
+  const TurnCounts& counts = partition_of(world).turns;
+  const auto count_of = [&](std::uint32_t link, Coordinate of) {
+    return find_count(counts, world.links.owners()[link], of);
+  };
+  for (JointForce& e : m.joint_forces)
+    if (const Real* value = count_of(e.link, e.coordinate)) e.before = *value;
+  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
+    const Block& b = m.blocks[i];
+    if (b.kind != BlockKind::spring && (b.kind != BlockKind::limit || b.lock)) continue;
+    const Real* value = count_of(b.source, b.coordinate);
+    if (!value) continue;
+    const JointLimits& limits = *world.links.values()[b.source].joint.limits;
+    const AngleLimit& range = b.coordinate == Coordinate::second ? limits.second : limits.angle;
+    if (b.kind == BlockKind::limit && !(*value >= range.low && *value <= range.high)) continue;
+    m.memory[i].before[0] = *value, m.memory[i].counted = true;
+  }
+}
+
 }  // namespace
 
-void carry_memory(const World& world, std::vector<Island>& before, Island& m) {
+Meshes::Meshes(const World& world, const std::vector<Island>& before) {
+  for (const Island& was : before)
+    for (std::size_t i = 0; i < was.blocks.size(); ++i) {
+      const Block& b = was.blocks[i];
+      if (!was.memory[i].counted) continue;
+      if (b.kind == BlockKind::gear) add(b, world.gears.slot_now(b.source), was.memory[i]);
+      if (b.kind == BlockKind::belt) add(b, world.belts.slot_now(b.source), was.memory[i]);
+    }
+  std::sort(all_.begin(), all_.end(), [](const Mesh& a, const Mesh& b) { return a.key < b.key; });
+}
+
+void Meshes::add(const Block& b, std::uint32_t now, const BlockMemory& memory) {
+  if (now != kNoSlot) all_.push_back({{b.kind, now, b.first_place}, b.bound, memory});
+}
+
+void Meshes::carry(const World& world, Island& m) const {
+  for (std::size_t i = 0; i < m.blocks.size() && !all_.empty(); ++i) {
+    Block& b = m.blocks[i];
+    const Key key{b.kind, b.source, b.first_place};
+    const auto at = std::lower_bound(all_.begin(), all_.end(), key,
+                                     [](const Mesh& x, const Key& k) { return x.key < k; });
+    if (at == all_.end() || at->key != key) continue;
+    m.memory[i] = at->memory;
+    if (b.kind == BlockKind::gear && !world.gears.values()[b.source].has_offset)
+      b.bound = at->bound;
+  }
+}
+
+void carry_memory(const World& world, const Meshes& meshes, std::vector<Island>& before,
+                  Island& m) {
   m.memory.assign(m.blocks.size(), {}), m.touches.assign(m.touch_sources.size() + m.slips, {});
   m.mean_lambda.assign(m.rows, 0), m.forces = m.mean_lambda;
   m.accelerations.assign(2 * m.count(), Vec3(0));
-  m.lagged = m.accelerations;
+  m.lagged = m.known_forces = m.accelerations;
   if (row_of(m.settings.integrator).collocates)
     m.stage_accelerations.assign(6 * m.count(), Vec3(0));
   assert_packed(m);
+  take_turns(world, m), meshes.carry(world, m);
   for (Island& was : before) {
     if (was.bodies != m.bodies) continue;
     m.accelerations = was.accelerations, m.lagged = was.lagged;
+    m.known_forces = was.known_forces;
     if (m.stage_accelerations.size() == was.stage_accelerations.size())
       m.stage_accelerations = was.stage_accelerations, m.stage_step = was.stage_step;
     m.try_step = was.try_step, m.rescues = was.rescues;

@@ -487,10 +487,11 @@ void compile(World& world, std::span<const IslandPlan> plans) {
     islands.push_back(std::move(m));
   }
   pack_links(p), pack_pins(p), pack_cables(p), pack_gears(p), pack_belts(p), pack_surfaces(p);
+  const Meshes meshes(world, before);
   for (Island& m : islands) {
     count_pins(m), number_slips(p, m);
     m.loops = has_loops(m);
-    carry_memory(world, before, m);
+    carry_memory(world, meshes, before, m);
   }
   world.memory.of<Islands>().scratch.prepared = 0;
 }

@@ -87,7 +87,7 @@ void begin_drives(const World& world, Island& m, Real h) {
     if (b.kind != BlockKind::drive) continue;
     const JointDrive& drive = drive_of(world, m, b);
     if (!has_most(drive)) continue;
-    if (!m.counted) m.memory[i].before[0] = motion_at(drive.motion, world.time).value;
+    if (!m.memory[i].counted) m.memory[i].before[0] = motion_at(drive.motion, world.time).value;
     const CoordinateRow row = row_of_drive(world, m, b, m.memory[i].before[0]);
     DriveLag& lag = lag_of(m, b);
     lag = lag_at(drive, {row.value, row.rate}, world.time, h);

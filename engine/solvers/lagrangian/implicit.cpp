@@ -1,6 +1,7 @@
 // Generalised alpha on positions, twists and multipliers. Stiff joint forces are unknowns,
 // evaluated at the end of the step. [Chung & Hulbert 1993; Bruels & Cardona 2010]
 #include <algorithm>
+#include <utility>
 
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/lagrangian/integrator.hpp"
@@ -32,6 +33,13 @@ Scheme scheme_of(Real rho, Real h) {
   return k;
 }
 
+/// N, N m: the weight of a body and the forces and torques applied to it, which may jump from step
+/// to step.
+Vec3 known_force(const World& world, const Island& m, std::size_t i) {
+  const Vec3 applied = m.scratch.applied[i];
+  return i % 2 == 0 ? applied + m.mass[i / 2] * m.gravity_scale[i / 2] * world.gravity : applied;
+}
+
 /// Before the first step: accelerations of the initial state, where springs act as plain forces.
 void find_initial_accelerations(const World& world, Island& m, const Span& span) {
   StepScratch& scratch = m.scratch;
@@ -50,6 +58,31 @@ void find_initial_accelerations(const World& world, Island& m, const Span& span)
   const auto own = std::span(scratch.motion).first(2 * m.count());
   std::copy(own.begin(), own.end(), m.accelerations.begin());
   m.lagged = m.accelerations;
+  for (std::size_t i = 0; i < 2 * m.count(); ++i) m.known_forces[i] = known_force(world, m, i);
+}
+
+/// A jump of known forces between two steps is one of accelerations, too: without it the filter
+/// would pass on a part of a push, or of a change of gravity, over later steps only.
+void follow_jumps(const World& world, Island& m, const Span& span) {
+  StepScratch& scratch = m.scratch;
+  PANTIN_ASSERT(m.known_forces.size() == 2 * m.count());
+  bool jumps = false;
+  for (std::size_t i = 0; i < 2 * m.count(); ++i) {
+    const Vec3 now = known_force(world, m, i);
+    scratch.force_residuals[i] = now - std::exchange(m.known_forces[i], now);
+    jumps = jumps || scratch.force_residuals[i] != Vec3(0);
+  }
+  if (!jumps) return;
+  update_kinematics(m), update_frames(world, m, span.fraction(0), span.whole);
+  write_all_rows(world, m, {true, true});
+  std::fill(scratch.weights.begin(), scratch.weights.end(), 0.0);
+  scratch.springs_active = false;
+  factor(m);
+  std::fill(scratch.right.begin(), scratch.right.end(), 0.0);
+  solve(m, {scratch.force_residuals, scratch.right}, {scratch.solution, scratch.lambda});
+  scratch.springs_active = true;
+  for (std::size_t i = 0; i < 2 * m.count(); ++i)
+    m.accelerations[i] += scratch.solution[i], m.lagged[i] += scratch.solution[i];
 }
 
 /// The filtered acceleration of the step, by which positions and twists are advanced.
@@ -207,7 +240,7 @@ bool step_implicit(const World& world, Island& m, const Span& span) {
   PANTIN_ASSERT(span.h > 0);
   const Scheme k = scheme_of(m.settings.damping_ratio, span.h);
   scratch.springs_active = true;
-  if (m.fresh) find_initial_accelerations(world, m, span);
+  m.fresh ? find_initial_accelerations(world, m, span) : follow_jumps(world, m, span);
   scratch.from = scratch.state;
   scratch.end_accelerations = m.accelerations;  // initial guess from the last step
   std::copy(m.mean_lambda.begin(), m.mean_lambda.end(), scratch.sum_lambda.begin());

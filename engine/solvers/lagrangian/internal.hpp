@@ -220,12 +220,12 @@ void begin_active_set(const World& world, Island& m);
 /// A step with limits: to the first event, then the remainder.
 bool advance_among_limits(World& world, Island& m, Real h);
 
-/// Reference for counting revolutions: the last known coordinate; or the nearest revolution, unless
-/// the travel of a screw or rack determines it.
-enum class CountFrom : std::uint8_t { last, nearest };
 /// Updates BlockMemory::before of gears, belts, screws and limited angles at the current
-/// kinematics. With `nearest`, gears without an offset take it from the current poses.
-void count_turns(const World& world, Island& m, CountFrom from);
+/// kinematics. What has not counted yet begins at the nearest revolution, unless the travel of a
+/// screw or rack determines it; gears without an offset then take it from the current poses.
+void count_turns(const World& world, Island& m);
+/// Makes all count anew.
+void forget_turns(Island& m);
 
 /// Prepares a copy of an island as at the start of a step, before any step was taken.
 void place_for_inspection(const World& world, Island& m, Real h);
@@ -240,8 +240,25 @@ inline bool is_active(const Island& m, std::size_t block) {
   const bool always = b.kind == BlockKind::pin || (b.kind == BlockKind::joint && b.holonomic);
   return always || is_active_now(m, block);
 }
+/// How gears and belts of the last build mesh: their counted turns, and offsets found.
+class Meshes {
+ public:
+  Meshes(const World& world, const std::vector<Island>& before);
+  void carry(const World& world, Island& m) const;
+
+ private:
+  using Key = std::tuple<BlockKind, std::uint32_t, std::uint32_t>;  // slot now, pulley
+  struct Mesh {
+    Key key;
+    Real bound = 0;
+    BlockMemory memory;
+  };
+  void add(const Block& b, std::uint32_t now, const BlockMemory& memory);
+
+  std::vector<Mesh> all_;  // sorted
+};
 /// Takes over the state of an earlier compilation, by bodies and blocks (carry_over.cpp).
-void carry_memory(const World& world, std::vector<Island>& before, Island& m);
+void carry_memory(const World& world, const Meshes& meshes, std::vector<Island>& before, Island& m);
 /// The length of a cable as a row, m (cables.cpp).
 void write_cable_length(const World& world, const Island& m, const Block& block, RowsOut out);
 /// After a step: counts the turns of cables on their pulleys, and lists inconsistent ones.

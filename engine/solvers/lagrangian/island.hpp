@@ -105,10 +105,12 @@ inline bool may_slip(const Block& b) { return !b.holonomic && !b.lock; }
 /// State of a block.
 struct BlockMemory {
   Real before[2] = {0, 0};  // coordinates after the last step, whole revolutions counted
+  bool counted = false;     // from the initial pose on; before that, the nearest revolution holds
   bool active = false;      // limit, cable: the row is active; may_slip(): it sticks
 
   static void fields(auto& self, auto&& field) {
     field("before", self.before);
+    field("counted", self.counted);
     field("active", self.active);
   }
 };
@@ -117,7 +119,7 @@ struct BlockMemory {
 struct JointForce {
   std::uint32_t link = 0, body[2] = {};
   Coordinate coordinate = Coordinate::angle;
-  Real before = 0;  // the coordinate at the last step
+  Real before = 0;  // the coordinate at the last step, 0 before the first
 
   static void fields(auto& self, auto&& field) {
     field("link", derived(self.link));
@@ -352,7 +354,7 @@ struct IslandStructure {
     field("joint_force_rows", derived(self.joint_force_rows));
     field("size", derived(self.size));
     field("reach", derived(self.reach));
-    field("loops", derived(self.loops));
+    field("loops", self.loops);
     field("unilateral", derived(self.unilateral));
     field("rolls", derived(self.rolls));
     field("damped", derived(self.damped));
@@ -369,13 +371,13 @@ struct IslandMemory {
   std::vector<JointForce> joint_forces;
   std::vector<SurfaceMemory> touches;
   std::vector<Vec3> accelerations, lagged;  // implicit: two a body
+  std::vector<Vec3> known_forces;           // likewise: of the last step, see implicit.cpp
   // Radau: of the stages of the last step, two a body each, and its length, s.
   std::vector<Vec3> stage_accelerations;
   Real stage_step = 0;
   bool fresh = true;
-  bool counted = false;  // whole revolutions are counted from the initial pose
-  Real try_step = 0;     // s, adaptive
-  int rescues = 0;       // consecutive steps that fell back to Euler
+  Real try_step = 0;  // s, adaptive
+  int rescues = 0;    // consecutive steps that fell back to Euler
 
   static void fields(auto& self, auto&& field) {
     field("memory", in_place(self.memory));
@@ -385,10 +387,10 @@ struct IslandMemory {
     field("touches", in_place(self.touches));
     field("accelerations", in_place(self.accelerations));
     field("lagged", in_place(self.lagged));
+    field("known_forces", in_place(self.known_forces));
     field("stage_accelerations", in_place(self.stage_accelerations));
     field("stage_step", self.stage_step);
     field("fresh", self.fresh);
-    field("counted", self.counted);
     field("try_step", self.try_step);
     field("rescues", self.rescues);
   }

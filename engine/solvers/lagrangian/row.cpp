@@ -182,10 +182,26 @@ void measure(const World& world, Measures& m) {
 Real drive_angle(const World& world, Entity joint) {
   const std::uint32_t now = world.links.slot(joint), slot = world.links.slot_then(now);
   for (const Island& m : islands_of(world))
-    for (std::size_t i = 0; m.driven && m.counted && i < m.blocks.size(); ++i)
-      if (const Block& b = m.blocks[i]; b.kind == BlockKind::drive && b.source == slot)
+    for (std::size_t i = 0; m.driven && i < m.blocks.size(); ++i)
+      if (const Block& b = m.blocks[i];
+          b.kind == BlockKind::drive && b.source == slot && m.memory[i].counted)
         if (b.coordinate == Coordinate::angle) return m.memory[i].before[0];
   return std::numeric_limits<Real>::quiet_NaN();
+}
+
+void list_turns(const World& world, TurnCounts& counts) {
+  const auto add = [&](std::uint32_t source, Coordinate of, Real value) {
+    const std::uint32_t link = world.links.slot_now(source);
+    const bool turns = of == Coordinate::angle || of == Coordinate::second;
+    if (turns && link != kNoSlot) counts.push_back({world.links.owners()[link], of, value});
+  };
+  for (const Island& m : islands_of(world)) {
+    for (const JointForce& e : m.joint_forces) add(e.link, e.coordinate, e.before);
+    for (std::size_t i = 0; i < m.blocks.size(); ++i)
+      if (const Block& b = m.blocks[i];
+          m.memory[i].counted && (b.kind == BlockKind::spring || b.kind == BlockKind::limit))
+        add(b.source, b.coordinate, m.memory[i].before[0]);
+  }
 }
 
 }  // namespace
@@ -193,6 +209,7 @@ Real drive_angle(const World& world, Entity joint) {
 const SolverRow kRow{.name = "lagrangian",
                      .feels_contacts = true,
                      .compile = compile,
+                     .list_turns = list_turns,
                      .prepare = prepare,
                      .predict = predict,
                      .fault = fault,

@@ -1,5 +1,6 @@
 // One step: reads the bodies, integrates, writes them back.
 #include <algorithm>
+#include <utility>
 
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
@@ -73,13 +74,18 @@ Real value_of(const World& world, const Island& m, const GearSide& side, Real be
 
 }  // namespace
 
-void count_turns(const World& world, Island& m, CountFrom from) {
-  const bool anew = from == CountFrom::nearest;
+void forget_turns(Island& m) {
+  for (BlockMemory& memory : m.memory)
+    memory.before[0] = memory.before[1] = 0, memory.counted = false;
+  for (JointForce& e : m.joint_forces) e.before = 0;
+}
+
+void count_turns(const World& world, Island& m) {
   PANTIN_ASSERT(m.memory.size() == m.blocks.size());
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     Block& b = m.blocks[i];
     Real* before = m.memory[i].before;
-    if (anew) before[0] = before[1] = 0;
+    const bool anew = !std::exchange(m.memory[i].counted, true);
     if (b.kind == BlockKind::gear) {
       const Gear& r = world.gears.values()[b.source];
       if (anew && r.has_offset && r.second_travels && r.ratio != 0)
@@ -129,10 +135,7 @@ void count_turns(const World& world, Island& m, CountFrom from) {
     }
     before[0] = c;
   }
-  for (JointForce& e : m.joint_forces) {
-    if (anew) e.before = 0;
-    e.before = coordinate_row(world, m, e).value;
-  }
+  for (JointForce& e : m.joint_forces) e.before = coordinate_row(world, m, e).value;
 }
 
 namespace {
@@ -141,8 +144,7 @@ namespace {
 /// constraints.
 bool start(const World& world, Island& m, Real h) {
   update_kinematics(m), update_frames(world, m, 0, h);
-  count_turns(world, m, m.counted ? CountFrom::last : CountFrom::nearest);
-  m.counted = true;
+  count_turns(world, m);
   write_all_rows(world, m, {true, true});
   for (SurfaceCoordinates& touch : m.scratch.state.touches) touch.slip = 0;
   begin_active_set(world, m);
@@ -322,7 +324,7 @@ void step(World& world, Island& m, Real h) {
     return;
   }
   for (std::size_t r = 0; r < m.rows; ++r) m.forces[r] = m.scratch.impulses[r] / h;
-  count_turns(world, m, CountFrom::last);
+  count_turns(world, m);
   follow_cables(world, m, h), follow_belts(world, m);
   write_back(world, m), write_back_touches(world, m);
   for (std::size_t i = 0; i < m.frames.size(); ++i) {

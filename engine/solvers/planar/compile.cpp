@@ -291,6 +291,9 @@ void compile(World& world, std::span<const IslandPlan> plans) {
     if (kept.bodies[i].island != kNobody) b.partition.set_column(kept.bodies[i].slot, i);
   kept.loads.assign(kept.links.size() + kept.pins.size(), {});
   carry_over(was, kept);
+  for (FlatLink& l : kept.links)
+    if (const Real* angle = find_count(b.partition.turns, l.owner, Coordinate::angle))
+      l.angle = *angle;
   PANTIN_ASSERT(std::is_sorted(kept.touches.begin(), kept.touches.end(), comes_before));
   list_mechanisms(world, kept);
 }

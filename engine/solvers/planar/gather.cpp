@@ -99,13 +99,13 @@ struct Ends {
   const Body &a, &b;
 };
 
-void gather_hinge(const Joint& joint, const Ends& ends, PlaneJoint& j) {
+void gather_hinge(const Joint& joint, const Ends& ends, FlatLink& l, PlaneJoint& j) {
   if (joint.kind == JointKind::ball) return;
   const Quat qa = ends.a.pose.rotation, qb = ends.b.pose.rotation;
   const Real sign = (qa * (joint.frames.a() * Vec3(1, 0, 0))).z > 0 ? 1 : -1;
-  const Real middle = middle_of_angles(joint);
+  const Real near = angle_near(joint, l);
   const Real twist = swing_twist(relative_rotation(joint, qa, qb)).twist;
-  const Real now = middle + std::remainder(twist - middle, 2 * kPi);
+  const Real now = l.angle = near + std::remainder(twist - near, 2 * kPi);
   if (has_stops(joint)) limit(j, joint.limits->angle, now, sign);
   const Real rate = sign * (ends.b.angular_velocity.z - ends.a.angular_velocity.z);
   load(j, joint.parameters->rotation, {now, rate, sign});
@@ -130,7 +130,7 @@ Real angle_error(const Joint& joint, const Ends& ends) {
   return rotation_vector(to * glm::conjugate(from)).z;
 }
 
-void gather_link(const World& world, const FlatLink& l, Planar& all) {
+void gather_link(const World& world, FlatLink& l, Planar& all) {
   const Joint& joint = world.links.values()[l.link].joint;
   const Ends ends{world.bodies.values()[all.bodies[l.a].slot],
                   world.bodies.values()[all.bodies[l.b].slot]};
@@ -149,7 +149,7 @@ void gather_link(const World& world, const FlatLink& l, Planar& all) {
            : kind == FlatJoint::slider ? PlaneJoint::slider
            : kind == FlatJoint::rod    ? PlaneJoint::rod
                                        : PlaneJoint::spring;
-  if (j.kind == PlaneJoint::hinge) gather_hinge(joint, ends, j);
+  if (j.kind == PlaneJoint::hinge) gather_hinge(joint, ends, l, j);
   if (j.kind == PlaneJoint::slider) gather_slider(joint, ends, j);
   if (j.kind == PlaneJoint::weld || j.kind == PlaneJoint::slider)
     j.angle_error = angle_error(joint, ends);
@@ -192,7 +192,7 @@ void gather(const World& world, Planar& all) {
   plane.gravity = flat(world.gravity);
   list_ignored(world, plane.ignored);
   plane.joints.clear(), all.scratch.joint_of.clear();
-  for (const FlatLink& l : all.links) gather_link(world, l, all);
+  for (FlatLink& l : all.links) gather_link(world, l, all);
   for (const FlatPin& p : all.pins) gather_pin(world, p, all);
 }
 

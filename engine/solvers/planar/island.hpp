@@ -45,6 +45,15 @@ struct FlatLink {
   Entity owner;
   std::uint32_t link = 0;  // slot
   std::uint32_t a = 0, b = 0;
+  Real angle = 0;  // rad, at the start of the step: of a hinge without stops, whole turns counted
+
+  static void fields(auto& self, auto&& field) {
+    field("owner", derived(self.owner));
+    field("link", derived(self.link));
+    field("a", derived(self.a));
+    field("b", derived(self.b));
+    field("angle", self.angle);
+  }
 };
 
 /// Whether the angle of a joint stops at its limits.
@@ -56,6 +65,11 @@ inline bool has_stops(const Joint& joint) {
 inline Real middle_of_angles(const Joint& joint) {
   const AngleLimit& range = joint.limits->angle;
   return has_stops(joint) ? 0.5 * (range.low + range.high) : 0;
+}
+
+/// The angle that those of a joint are counted from: it is within half a turn of it, rad.
+inline Real angle_near(const Joint& joint, const FlatLink& l) {
+  return has_stops(joint) ? middle_of_angles(joint) : l.angle;
 }
 
 struct FlatPin {
@@ -241,7 +255,7 @@ struct Planar {
     field("near", self.near);
     field("loads", in_place(self.loads));
     field("reactions", derived(self.reactions));
-    field("links", derived(self.links));
+    field("links", in_place(self.links));
     field("pins", derived(self.pins));
     field("spans", derived(self.spans));
     field("curves", in_place(self.curves));

@@ -296,14 +296,15 @@ void report(const World& world, StepReport& report) {
 }
 
 /// J: energy of the springs along the coordinates of a joint.
-Real energy_of_springs(const World& world, const Link& link) {
+Real energy_of_springs(const World& world, const FlatLink& l) {
+  const Link& link = world.links.values()[l.link];
   Real sum = 0;
   for (const Coordinate which : {Coordinate::angle, Coordinate::travel}) {
     const bool turns = which == Coordinate::angle;
     const JointParameters& own = *link.joint.parameters;
     const SpringDamper& spring = turns ? own.rotation.spring : own.translation.spring;
     if (!(spring.stiffness > 0) || !info_of(link.joint.kind).find(which)) continue;
-    const Real near = turns ? middle_of_angles(link.joint) : 0;
+    const Real near = turns ? angle_near(link.joint, l) : 0;
     sum += energy_of(spring, coordinate_at(world, link, which, near).value);
   }
   return sum;
@@ -319,8 +320,13 @@ void measure(const World& world, Measures& m) {
     const Real gap = info_of(link.joint.kind).gap(link.joint, a, b);
     if (gap > m.worst_gap) m.worst_gap = gap, m.worst_link = world.links.owners()[l.link];
     m.worst_gap_rel = std::max(m.worst_gap_rel, gap / size);
-    m.elastic += energy_of_springs(world, link);
+    m.elastic += energy_of_springs(world, l);
   }
+}
+
+void list_turns(const World& world, TurnCounts& counts) {
+  for (const FlatLink& l : plane_of(world).links)
+    if (l.angle != 0) counts.push_back({l.owner, Coordinate::angle, l.angle});
 }
 
 Real drive_angle(const World& world, Entity joint) {
@@ -333,6 +339,7 @@ Real drive_angle(const World& world, Entity joint) {
 
 const SolverRow kRow{.name = "planar",
                      .compile = compile,
+                     .list_turns = list_turns,
                      .predict = predict,
                      .fault = fault,
                      .asleep = asleep,

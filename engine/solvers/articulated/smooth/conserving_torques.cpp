@@ -276,10 +276,13 @@ Real rate_of(const World& world, const Island& a, std::size_t c) {
   return sign_of(a.joints[c]) * glm::dot(axis, spin);
 }
 
+bool counts_turns(const Island& a, std::size_t c) {
+  return a.joints[c].stiff && is_actuated(a.joints[c]) && a.parents[c] != kFree;
+}
+
 void count_turns(const World& world, Island& a) {
   for (std::size_t c = 0; c < a.joints.size(); ++c)
-    if (a.joints[c].stiff && is_actuated(a.joints[c]) && a.parents[c] != kFree)
-      a.joint_memory[c].angle = angle_of(world, a, c);
+    if (counts_turns(a, c)) a.joint_memory[c].angle = angle_of(world, a, c);
 }
 
 }  // namespace pantin::detail::articulated
