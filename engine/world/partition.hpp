@@ -83,7 +83,7 @@ struct Partition {
     field("has_open_motors", derived(self.has_open_motors));
     field("built_for", derived(self.built_for));
     field("edit_count", derived(self.edit_count));
-    field("turns", self.turns);
+    field("turns", derived(self.turns));
   }
 };
 

@@ -87,3 +87,59 @@ TEST_CASE("a plate that crushes a ragdoll does not tear or throw it") {
     CHECK(most.kinetic < 25);
   }
 }
+
+TEST_CASE("a plate that leans a little drives what is under it out as a wedge does") {
+  constexpr Real kRadius = 0.1;
+  for (const Real degrees : {2.0, 5.0, 12.0})
+    for (const int balls : {2, 3, 6})
+      for (const Real h : {1.0 / 60, 1.0 / 240}) {
+        CAPTURE(degrees, balls, h);
+        const Real angle = degrees * kPi / 180, speed = 0.1;
+        const Collision smooth{.friction = 0};
+        World w;
+        w.gravity = Vec3(0);
+        add_ground(w, smooth);
+        std::vector<Entity> all;
+        for (int i = 0; i < balls; ++i)
+          all.push_back(add_solid(w, ball_shape(kRadius),
+                                  {{0, kRadius, 2 * kRadius * i}, kIdentity}, Motion::dynamic,
+                                  smooth));
+        const Vec3 down(std::sin(angle), -std::cos(angle), 0);
+        const Pose from{Vec3(0, kRadius, 0) - 0.2001 * down, glm::angleAxis(angle, Vec3(0, 0, 1))};
+        const Entity plate = add_solid(w, box_shape({8, 0.1, 3}), from, Motion::kinematic, smooth);
+        Simulation sim(std::move(w), {h});
+        for (int i = 0; i < static_cast<int>(0.03 / speed / h); ++i) {
+          Body& b = sim.world.bodies[plate];
+          b.pose.position.y -= speed * h, b.velocity = {0, -speed, 0};
+          CHECK(sim.step().unsolved == 0);
+        }
+        for (const Entity e : all)
+          CHECK(glm::length(sim.world.bodies[e].velocity) ==
+                Approx(speed / std::tan(angle)).epsilon(0.01));
+      }
+}
+
+TEST_CASE("a door that is struck near its hinge turns as fast as its lever says") {
+  constexpr Real kRestitution = 0.5, kSpeed = 1, kRadius = 0.02;
+  for (const Real lever : {0.5, 0.1})
+    for (const Real h : {1.0 / 60, 1.0 / 240}) {
+      CAPTURE(lever, h);
+      const Collision how{.friction = 0, .restitution = kRestitution};
+      World w;
+      w.gravity = Vec3(0);
+      const Entity post = must(w.add(RigidBody{.motion = Motion::fixed, .position = {0, 5, 0}}));
+      const Entity door = must(w.add(RigidBody{
+          .shape = BoxShape{{1, 1, 0.04}}, .position = {0.5, 0, 0}, .collision = how, .drag = 0}));
+      must(w.add(HingeJoint{.a = post, .b = door, .axis = {0, 1, 0}}));
+      const Entity striker = add_solid(w, ball_shape(kRadius), {{lever, 0, -0.0405}, kIdentity},
+                                       Motion::kinematic, how);
+      Simulation sim(std::move(w), {h});
+      for (int i = 0; i < 3; ++i) {
+        Body& b = sim.world.bodies[striker];
+        b.pose.position.z += kSpeed * h, b.velocity = {0, 0, kSpeed};
+        sim.step();
+      }
+      const Real rate = glm::length(sim.world.bodies[door].angular_velocity);
+      CHECK(rate == Approx((1 + kRestitution) * kSpeed / lever).epsilon(0.02));
+    }
+}

@@ -399,7 +399,6 @@ struct LimitSpring {
   Real buffer = 0;
   const Softness* by = nullptr;
 };
-
 /// One sweep over the limits. Returns the largest change of a mass centre's speed, m/s.
 Real solve_limits(const Group& g, Real h, const LimitSpring& spring);
 void bound_drives(const Group& g, Real h);
@@ -422,9 +421,10 @@ ActuatedAxis actuated_axis_of(const GroupNode& n, Quat own, Quat parent);
 
 /// Whether only weight and moving obstacles can add energy to the group.
 bool is_left_alone(const Group& g);
-/// J: work of moving surfaces and kinematic bodies, by impulses of a substep or step; at least 0,
-/// and at most that of a blow to all bodies, of kinetic energy `before`.
-Real work_of_surfaces(const Group& g, Real before, Vec3 GroupContact::*by = &GroupContact::impulse);
+/// J: work of moving surfaces and kinematic bodies, by impulses of a substep, or of so many; at
+/// least 0. The latter give at most that of elastic blows to bodies of kinetic energy `before`.
+Real work_of_surfaces(const Group& g, Real before, Vec3 GroupContact::*by = &GroupContact::impulse,
+                      int blows = 1);
 /// J: energy that springs and elastic cables store.
 Real elastic_energy(const Group& g);
 /// J: kinetic energy of the bodies' own velocities, between substeps.

@@ -7,8 +7,8 @@
 /// times their last change, to the limit of that mode, and projected to Coulomb's cones. [Aitken
 /// 1926] Where r is near 1, as between masses of 1 and 1,000, its distance from 1 is too uncertain:
 /// there the impulses move along their last change to the least kinetic energy, exactly. Not of a
-/// body alone, which walls that close may jam. Between walls that approach each other the impulses
-/// have no limit: there the sweeps alone act.
+/// body alone, which walls that close may jam. What that gives several bodies between such walls is
+/// bounded by the energy (group_few.cpp).
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -35,8 +35,7 @@ class Extrapolation {
     const bool is_steady = std::abs(ratio - ratio_) < kSteady * ratio;
     const bool is_sound =
         ratio > kSlow && ratio < (substep_.alone ? kStill : 1) && most < extrapolated_at_;
-    const bool extrapolates = is_steady && is_sound && sweeps_ < last_extrapolation_ &&
-                              (substep_.alone || closing_speed_of_walls(g_, substep_) == 0);
+    const bool extrapolates = is_steady && is_sound && sweeps_ < last_extrapolation_;
     const Real by = !extrapolates ? 0 : ratio < kStill ? ratio / (1 - ratio) : least_energy();
     for (std::size_t i = 0; i < g_.contacts.size(); ++i) {
       GroupContact& c = g_.contacts[i];
@@ -77,7 +76,8 @@ class Extrapolation {
     }
     push_all(-1);
     bend -= slope;
-    return bend > kBalanced * own ? std::max(Real(0), -slope / bend) : 0;
+    const Real balanced = closing_speed_of_walls(g_, substep_) > 0 ? kWedged : kBalanced;
+    return bend > balanced * own ? std::max(Real(0), -slope / bend) : 0;
   }
 
   /// Sweeps before the first that is looked at: most groups need no more. Sweeps at least after an
@@ -88,8 +88,8 @@ class Extrapolation {
   /// may be jammed, and impulses grow without end.
   static constexpr Real kSteady = 0.03, kSlow = 0.5, kStill = 0.96;
   /// Response to a change of all impulses, relative to those of the contacts alone, of bodies that
-  /// are jammed.
-  static constexpr Real kBalanced = 1e-8;
+  /// are jammed; between walls that close, where a wedge of half a degree still moves.
+  static constexpr Real kBalanced = 1e-8, kWedged = 1e-4;
 
   void move(GroupContact& c, Vec3 to) {
     to.x = std::max(Real(0), to.x);

@@ -9,12 +9,45 @@ namespace {
 /// Tolerated gain, as a fraction of the energy of a substep.
 constexpr Real kEnergyRounding = 1e-9;
 
-/// J: what a wall that moves at this speed, m/s, gives to the whole group in an elastic impact: it
-/// reflects bodies of this kinetic energy. Impulses of walls that close on bodies have no bound.
-Real most_work_of_blow(const Group& g, Real before, Real speed) {
-  Real mass = 0;
+/// Sine of the least angle of a wedge that is told from parallel walls, between which bodies jam.
+constexpr Real kWedge = 0.015;
+
+bool presses(const Group& g, const GroupContact& c, Vec3 GroupContact::*by) {
+  return g.is_fixed(c) && (c.*by).x > 0;
+}
+bool is_led(const Group& g, const GroupContact& c) {
+  const GroupBody& b = g.b(c);
+  return b.velocity != Vec3(0) || b.spin != Vec3(0);
+}
+
+/// kg: the largest that a led body may meet at a point: a body on a hinge, struck near it, is
+/// heavier there than all of the group.
+Real largest_mass(const Group& g, Vec3 GroupContact::*by) {
+  Real mass = 0, met = 0;
   for (const GroupBody& b : g.bodies)
     if (b.per_mass > 0) mass += 1 / b.per_mass;
+  for (const GroupContact& c : g.contacts)
+    if (presses(g, c, by) && is_led(g, c) && c.along > 0) met = std::max(met, 1 / c.along);
+  return mass + met;
+}
+
+/// How much faster than a led body the others are when it drives them as a wedge.
+Real gain_of_wedges(const Group& g, Vec3 GroupContact::*by) {
+  Real least = 1;
+  for (const GroupContact& c : g.contacts) {
+    if (!presses(g, c, by) || !is_led(g, c)) continue;
+    for (const GroupContact& d : g.contacts) {
+      if (!presses(g, d, by) || !(glm::dot(c.axes[0], d.axes[0]) < 0)) continue;
+      const Real sine = glm::length(glm::cross(c.axes[0], d.axes[0]));
+      if (sine > kWedge) least = std::min(least, sine);
+    }
+  }
+  return 1 / least;
+}
+
+/// J: what a wall of this speed, m/s, gives in an elastic impact to bodies of this mass and kinetic
+/// energy.
+Real work_of_blow(Real mass, Real before, Real speed) {
   return 2 * speed * (mass * speed + std::sqrt(2 * mass * std::max(Real(0), before)));
 }
 
@@ -33,18 +66,19 @@ bool is_left_alone(const Group& g) {
                      [&](const GroupTie& t) { return !t.is_reeled && rests(t.a) && rests(t.b); });
 }
 
-Real work_of_surfaces(const Group& g, Real before, Vec3 GroupContact::*by) {
+Real work_of_surfaces(const Group& g, Real before, Vec3 GroupContact::*by, int blows) {
   Real sum = 0, led = 0, fastest = 0;
   for (const GroupContact& c : g.contacts) {
     const Vec3 passed = c.*by;
     sum -= passed.y * c.surface_first + passed.z * c.surface_second;
-    const GroupBody& b = g.b(c);
-    if (b.per_mass > 0) continue;
-    const Vec3 speed = speed_at(b, c.arm_b);
+    if (!g.is_fixed(c) || !is_led(g, c)) continue;
+    const Vec3 speed = speed_at(g.b(c), c.arm_b);
     led += glm::dot(to_world(c, passed), speed);
-    if (passed.x > 0) fastest = std::max(fastest, glm::length(speed));
+    if (passed.x > 0) fastest = std::max(fastest, blows * glm::length(speed));
   }
-  if (led > 0) led = std::min(led, most_work_of_blow(g, before, fastest));
+  if (const Real mass = led > 0 ? largest_mass(g, by) : 0;
+      led > work_of_blow(mass, before, fastest))
+    led = std::min(led, work_of_blow(mass, before, fastest * gain_of_wedges(g, by)));
   return std::max(Real(0), sum + led);
 }
 

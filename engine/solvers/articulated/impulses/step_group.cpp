@@ -401,7 +401,7 @@ Rest step_group(const Group& g, Real h, Pace& pace) {
   if (is_bound && (is_bouncing(g) || has_cables(g)))
     slow_bodies(g, energy_of_bodies(g),
                 energy - elastic_energy(g) + work_of_external_forces(g) +
-                    work_of_surfaces(g, energy, &GroupContact::passed));
+                    work_of_surfaces(g, energy, &GroupContact::passed, substeps));
   finish_group(g, h);
   change_length(g, 1 / s.h);
   return rest;
