@@ -186,17 +186,17 @@ struct ContactPlace {
 struct GroupContact : ContactPlace {
   Real gap = 0, asked = 0;                                       // m; see part_overlaps()
   Real along = 0, aside = 0, cross_first = 0, cross_second = 0;  // response, 1/kg
+  Real comes = 0;         // m/s: of a towards a fixed or led b, before impulses act
   bool works = true;      // active: near enough, and the bodies respond to it
   bool in_lanes = false;  // as GroupPair::in_lanes
   Real friction = 0, restitution = 0;
   Real surface_first = 0, surface_second = 0;  // m/s, Contact::surface_velocity across the normal
   contact::RollingLengths lengths;
-  Real rest = 0;      // see Contact
-  Real settling = 0;  // m, error of `rest` that is left, see take_up()
-  Real shallow = 0;   // m: overlaps up to this are removed without adding velocity
-  Vec3 impulse{0};    // N s of a substep, along the axes; between steps the mean force, N
-  Real before = 0;    // N s, along the normal in the previous substep
-  Vec3 passed{0};     // N s over the step so far
+  Real rest = 0, settling = 0;  // m: see Contact; error of it that is left, see take_up()
+  Real shallow = 0;             // m: overlaps up to this are removed without adding velocity
+  Vec3 impulse{0};              // N s of a substep, along the axes; between steps the mean force, N
+  Real before = 0;              // N s, along the normal in the previous substep
+  Vec3 passed{0};               // N s over the step so far
 };
 
 /// Two NURBS shapes in contact, and the places of their faces where they are closest.
@@ -418,13 +418,13 @@ struct ActuatedAxis {
 ActuatedAxis actuated_axis_of(const GroupNode& n, Quat own, Quat parent);
 
 // Bounds on the energy that truncated iterations leave (group_energy.cpp).
-
 /// Whether only weight and moving obstacles can add energy to the group.
 bool is_left_alone(const Group& g);
 /// J: work of moving surfaces and kinematic bodies, by impulses of a substep, or of so many; at
 /// least 0. The latter give at most that of elastic blows to bodies of kinetic energy `before`.
 Real work_of_surfaces(const Group& g, Real before, Vec3 GroupContact::*by = &GroupContact::impulse,
                       int blows = 1);
+void note_approach(const Group& g);  // by the free motions, which are kept
 /// J: energy that springs and elastic cables store.
 Real elastic_energy(const Group& g);
 /// J: kinetic energy of the bodies' own velocities, between substeps.

@@ -20,17 +20,6 @@ bool is_led(const Group& g, const GroupContact& c) {
   return b.velocity != Vec3(0) || b.spin != Vec3(0);
 }
 
-/// kg: the largest that a led body may meet at a point: a body on a hinge, struck near it, is
-/// heavier there than all of the group.
-Real largest_mass(const Group& g, Vec3 GroupContact::*by) {
-  Real mass = 0, met = 0;
-  for (const GroupBody& b : g.bodies)
-    if (b.per_mass > 0) mass += 1 / b.per_mass;
-  for (const GroupContact& c : g.contacts)
-    if (presses(g, c, by) && is_led(g, c) && c.along > 0) met = std::max(met, 1 / c.along);
-  return mass + met;
-}
-
 /// How much faster than a led body the others are when it drives them as a wedge.
 Real gain_of_wedges(const Group& g, Vec3 GroupContact::*by) {
   Real least = 1;
@@ -45,10 +34,23 @@ Real gain_of_wedges(const Group& g, Vec3 GroupContact::*by) {
   return 1 / least;
 }
 
-/// J: what a wall of this speed, m/s, gives in an elastic impact to bodies of this mass and kinetic
-/// energy.
-Real work_of_blow(Real mass, Real before, Real speed) {
-  return 2 * speed * (mass * speed + std::sqrt(2 * mass * std::max(Real(0), before)));
+/// What led bodies meet in a substep.
+struct Blow {
+  Real speed = 0;    // m/s, of the fastest led point
+  Real comes = 0;    // m/s, at which a body came towards one
+  Real mass = 0;     // kg, of the group
+  Real against = 0;  // kg, the largest at a point: a body on a hinge is heavy near it
+
+  /// J, given to bodies of this mass in an elastic impact at this speed.
+  Real work(Real of, Real at) const { return 2 * at * of * (at + comes); }
+};
+
+/// J: a bound on the work of led bodies. Levers and wedges drive bodies faster than a blow to all
+/// of them would, but not beyond what they then have.
+Real most_work(const Group& g, const Blow& b, Real before, Vec3 GroupContact::*by) {
+  const Real mass = b.mass + b.against, fastest = b.speed * gain_of_wedges(g, by);
+  const Real sum = 2 * fastest + b.comes, all = 0.5 * mass * sum * sum;
+  return std::max(b.work(b.mass, b.speed), std::min(b.work(mass, fastest), all - before));
 }
 
 }  // namespace
@@ -67,19 +69,34 @@ bool is_left_alone(const Group& g) {
 }
 
 Real work_of_surfaces(const Group& g, Real before, Vec3 GroupContact::*by, int blows) {
-  Real sum = 0, led = 0, fastest = 0;
+  Real sum = 0, led = 0;
+  Blow blow;
   for (const GroupContact& c : g.contacts) {
     const Vec3 passed = c.*by;
     sum -= passed.y * c.surface_first + passed.z * c.surface_second;
     if (!g.is_fixed(c) || !is_led(g, c)) continue;
     const Vec3 speed = speed_at(g.b(c), c.arm_b);
     led += glm::dot(to_world(c, passed), speed);
-    if (passed.x > 0) fastest = std::max(fastest, blows * glm::length(speed));
+    if (!(passed.x > 0)) continue;
+    blow.speed = std::max(blow.speed, blows * glm::length(speed));
+    blow.comes = std::max(blow.comes, c.comes);
+    if (c.along > 0) blow.against = std::max(blow.against, 1 / c.along);
   }
-  if (const Real mass = led > 0 ? largest_mass(g, by) : 0;
-      led > work_of_blow(mass, before, fastest))
-    led = std::min(led, work_of_blow(mass, before, fastest * gain_of_wedges(g, by)));
+  if (led > 0) {
+    for (const GroupBody& b : g.bodies)
+      if (b.per_mass > 0) blow.mass += 1 / b.per_mass;
+    if (blows > 1) blow.comes = std::sqrt(2 * std::max(Real(0), before) / blow.mass);
+    led = std::min(led, most_work(g, blow, before, by));
+  }
   return std::max(Real(0), sum + led);
+}
+
+void note_approach(const Group& g) {
+  for (GroupContact& c : g.contacts) {
+    const GroupBody& a = g.a(c);
+    const Vec3 speed = a.free_velocity + glm::cross(a.free_spin, c.arm_a);
+    c.comes = std::max(Real(0), -glm::dot(c.axes[0], speed));
+  }
 }
 
 Real elastic_energy(const Group& g) {
@@ -118,6 +135,7 @@ void remember_free(const Group& g) {
     b.free_velocity = b.velocity, b.free_spin = b.spin, b.free_momentum = b.angular_momentum;
   for (GroupNode& n : g.nodes)
     n.free_torque = n.torque, n.free_pending = n.pending, n.free_load = n.load;
+  note_approach(g);
 }
 
 void restore_free_motions(const Group& g) {

@@ -53,8 +53,7 @@ constexpr Exactness kAtRest{.compliance = kRestCompliance,
               .liftings = 3};
 /// Lifts of less than this fraction of the sliding need no correction.
 constexpr Real kLiftedOfSliding = 1e-3;
-/// Corrections of the compliance, at most; a load that sinks by this part of what it did before one
-/// is not helped by another.
+/// Corrections of the compliance, at most; one that leaves more of a sinking is the last.
 constexpr int kHardenings = 8;
 constexpr Real kStillSinks = 0.5;
 /// Multiples of a shallow overlap: deeper ones are left to sweeps, which separate them faster.
@@ -418,17 +417,18 @@ void limit_energy(const Group& g) {
   Real free = 0;
   for (std::size_t i = 0; i < g.resting.size(); ++i) {
     const RestBody& r = g.resting[i];
+    g.bodies[i].free_velocity = r.free.force, g.bodies[i].free_spin = r.free.torque;
     free += 0.5 * (glm::dot(r.free.force, r.free.force) / g.bodies[i].per_mass +
                    glm::dot(r.free.torque, r.inertia * r.free.torque));
   }
+  note_approach(g);
   slow_bodies(g, energy_of_bodies(g), free + work_of_surfaces(g, free));
 }
 
 /// Impacts, and what walls press that close on bodies, are not replayed: between substeps, no
 /// impulse is larger than the weight of all bodies can press.
 void forget_impacts(const Group& g, Real h) {
-  constexpr Real kLeast = 1e-30;  // N s: it still acts
-  const Real most = std::max(h * whole_weight(g.bodies), kLeast);
+  const Real most = std::max(h * whole_weight(g.bodies), Real(1e-30));  // it still acts
   for (GroupContact& c : g.contacts)
     if (c.impulse.x > most) c.impulse *= most / c.impulse.x;
 }
