@@ -14,6 +14,7 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/articulated/impulses/group_lanes.hpp"
+#include "engine/solvers/articulated/impulses/group_resting.hpp"
 #include "engine/solvers/articulated/impulses/group_sweeps.hpp"
 #include "engine/solvers/articulated/impulses/group_ties.hpp"
 #include "engine/solvers/articulated/internal.hpp"
@@ -130,6 +131,23 @@ int sweeps_of_free(const Group& g, const Substep& s) {
   return g.pairs.size() > kManyToSweep ? kSweepsOfManyPairs : kSweepsOfLanes;
 }
 
+/// Impulses that walls exert on a jammed body from both sides grow from substep to substep. None is
+/// replayed that is larger than this multiple of what weight and momentum of all can ask for.
+constexpr Real kReplayed = 10;
+void bound_replay(const Group& g, Real h) {
+  Real mass = 0, momentum = h * whole_weight(g.bodies), led = 0;
+  for (const GroupBody& b : g.bodies) {
+    const Real speed = glm::length(b.velocity);
+    if (b.per_mass == 0)
+      led = std::max(led, speed);
+    else
+      mass += 1 / b.per_mass, momentum += speed / b.per_mass;
+  }
+  const Real most = kReplayed * (momentum + mass * led);
+  for (GroupContact& c : g.contacts)
+    if (c.impulse.x > most) c.impulse *= most / c.impulse.x;
+}
+
 void take_substep(const Group& g, const Substep& s, Order order) {
   if (s.hard) return take_hard_substep(g, s, order);
   prepare_group(g, s);
@@ -155,9 +173,10 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   if (is_bound && collided) settle_trees(g);
   const Real energy = is_bound ? kinetic_energy(g) + elastic_energy(g) : 0;
   if (is_bound) remember_free(g);
+  const bool is_free = g.trees.empty() && g.ties.empty();
+  if (is_free) bound_replay(g, s.h);
   warm_start(g);
   Ending solved(g, s);
-  const bool is_free = g.trees.empty() && g.ties.empty();
   const int sweeps = is_free        ? sweeps_of_free(g, s)
                      : s.in_haste   ? kSweepsInHaste
                      : s.strikes    ? kBlowSweepsOfTrees
