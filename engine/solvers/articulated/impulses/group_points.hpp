@@ -26,6 +26,7 @@ struct Substep {
   bool in_haste = false;    // longer than accuracy asks for: see Pace
   bool alone = false;       // one body: shallow overlaps are closed at the end of the step
   Real enough = 0;          // m/s: tolerance of the iteration, of few bodies or points
+  Real replayed = 0;        // N s: of free bodies, the largest impulse that is replayed
 };
 
 /// Groups of at most so many free bodies are iterated to convergence, without springs.

@@ -132,9 +132,9 @@ int sweeps_of_free(const Group& g, const Substep& s) {
 }
 
 /// Impulses that walls exert on a jammed body from both sides grow from substep to substep. None is
-/// replayed that is larger than this multiple of what weight and momentum of all can ask for.
+/// replayed that is larger than this multiple of what weight and momentum of all can ask for, N s.
 constexpr Real kReplayed = 10;
-void bound_replay(const Group& g, Real h) {
+Real most_replayed(const Group& g, Real h) {
   Real mass = 0, momentum = h * whole_weight(g.bodies), led = 0;
   for (const GroupBody& b : g.bodies) {
     const Real speed = glm::length(b.velocity);
@@ -143,9 +143,7 @@ void bound_replay(const Group& g, Real h) {
     else
       mass += 1 / b.per_mass, momentum += speed / b.per_mass;
   }
-  const Real most = kReplayed * (momentum + mass * led);
-  for (GroupContact& c : g.contacts)
-    if (c.impulse.x > most) c.impulse *= most / c.impulse.x;
+  return kReplayed * (momentum + mass * led);
 }
 
 void take_substep(const Group& g, const Substep& s, Order order) {
@@ -174,7 +172,9 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   const Real energy = is_bound ? kinetic_energy(g) + elastic_energy(g) : 0;
   if (is_bound) remember_free(g);
   const bool is_free = g.trees.empty() && g.ties.empty();
-  if (is_free) bound_replay(g, s.h);
+  for (std::size_t i = 0; is_free && i < g.contacts.size(); ++i)
+    if (GroupContact& c = g.contacts[i]; c.impulse.x > s.replayed)
+      c.impulse *= s.replayed / c.impulse.x;
   warm_start(g);
   Ending solved(g, s);
   const int sweeps = is_free        ? sweeps_of_free(g, s)
@@ -379,12 +379,13 @@ Rest step_group(const Group& g, Real h, Pace& pace) {
   const bool may_be_calm = rest == Rest::moves && substeps > 1;
   Whole whole = may_be_calm ? Whole::calm : g.pressed ? Whole::moving : Whole::none;
   s.part = {s.h, 0, 0, h};
+  s.replayed = rests ? 0 : most_replayed(g, s.h);
   bool in_haste = false;
   for (int n = 0, left = rests ? 0 : substeps; left > 0; ++n, --left) {
     // Loops would open in longer substeps.
     const int fewer = g.loops.empty() ? pace.affordable(left) : pace.all_of(left);
     if (fewer < left) {
-      change_length(g, Real(left) / fewer);
+      change_length(g, Real(left) / fewer), s.replayed *= Real(left) / fewer;
       s.h = s.reach = s.part.h = s.h * left / fewer;
       set_springs(s, s.h);
       s.few_points = false, s.in_haste = in_haste = true, left = fewer;
