@@ -14,12 +14,6 @@ struct TurnCount {
   Entity joint;
   Coordinate coordinate = Coordinate::angle;
   Real value = 0;  // rad
-
-  static void fields(auto& self, auto&& field) {
-    field("joint", self.joint);
-    field("coordinate", self.coordinate);
-    field("value", self.value);
-  }
 };
 using TurnCounts = std::vector<TurnCount>;
 

@@ -111,7 +111,7 @@ void take_turns(const World& world, Island& m) {
 
 Meshes::Meshes(const World& world, const std::vector<Island>& before) {
   for (const Island& was : before)
-    for (std::size_t i = 0; i < was.blocks.size(); ++i) {
+    for (std::size_t i = 0; i < was.memory.size(); ++i) {
       const Block& b = was.blocks[i];
       if (!was.memory[i].counted) continue;
       if (b.kind == BlockKind::gear) add(b, world.gears.slot_now(b.source), was.memory[i]);

@@ -197,7 +197,8 @@ void list_turns(const World& world, TurnCounts& counts) {
   };
   for (const Island& m : islands_of(world)) {
     for (const JointForce& e : m.joint_forces) add(e.link, e.coordinate, e.before);
-    for (std::size_t i = 0; i < m.blocks.size(); ++i)
+    // A build that ran out of memory leaves islands without it.
+    for (std::size_t i = 0; i < m.memory.size(); ++i)
       if (const Block& b = m.blocks[i];
           m.memory[i].counted && (b.kind == BlockKind::spring || b.kind == BlockKind::limit))
         add(b.source, b.coordinate, m.memory[i].before[0]);

@@ -45,7 +45,7 @@ struct FlatLink {
   Entity owner;
   std::uint32_t link = 0;  // slot
   std::uint32_t a = 0, b = 0;
-  Real angle = 0;  // rad, at the start of the step: of a hinge without stops, whole turns counted
+  Real angle = 0;  // rad, of a hinge at the start of the step, whole turns counted
 
   static void fields(auto& self, auto&& field) {
     field("owner", derived(self.owner));
